@@ -60,17 +60,19 @@ if TYPE_CHECKING:
     from photonmap.spectra.bands import Bands
     from photonmap.spectra.color_text import emission, reflectance
     from photonmap.spectra.curves import Spectrum, SpectrumSet
+    from photonmap.spectra.fluorescence import DonaldsonMatrix, Fluorescence
     from photonmap.viewer.live import preview
 
 __all__ = [
     "AnisotropyMap", "AreaLight", "Bands", "BumpMap", "Camera", "Cauchy", "DirectionalLight",
-    "DomeLight", "EnvironmentLight", "Fisheye", "FisheyeIntrinsics", "InputError", "Intrinsics",
-    "Lens", "Light", "Material", "Mesh", "NamedGlass", "NoRelief", "NormalMap", "OvercastLight",
-    "Panorama", "Photo", "PhotometricLight", "PointLight", "RayMap", "Result", "Scene",
-    "SceneWarning", "Sellmeier", "Sensor", "SkyLight", "SpectralTexture", "Spectrum", "SpectrumSet",
-    "SpotLight", "SunLight", "Texture", "__version__", "camera_rays", "dataset", "emission",
-    "evaluate", "expose", "load_photo", "load_result", "load_scene", "load_sensor", "merge",
-    "preview", "reflectance", "render", "save_photo", "save_scene", "scenes",
+    "DomeLight", "DonaldsonMatrix", "EnvironmentLight", "Fisheye", "FisheyeIntrinsics",
+    "Fluorescence", "InputError", "Intrinsics", "Lens", "Light", "Material", "Mesh", "NamedGlass",
+    "NoRelief", "NormalMap", "OvercastLight", "Panorama", "Photo", "PhotometricLight", "PointLight",
+    "RayMap", "Result", "Scene", "SceneWarning", "Sellmeier", "Sensor", "SkyLight",
+    "SpectralTexture", "Spectrum", "SpectrumSet", "SpotLight", "SunLight", "Texture", "__version__",
+    "camera_rays", "dataset", "emission", "evaluate", "expose", "load_photo", "load_result",
+    "load_scene", "load_sensor", "merge", "preview", "reflectance", "render", "save_photo",
+    "save_scene", "scenes",
 ]  # fmt: skip
 
 _NAMES_BY_MODULE = {
@@ -99,6 +101,7 @@ _NAMES_BY_MODULE = {
     "spectra.bands": "Bands",
     "spectra.color_text": "emission reflectance",
     "spectra.curves": "Spectrum SpectrumSet",
+    "spectra.fluorescence": "DonaldsonMatrix Fluorescence",
     "viewer.live": "preview",
 }
 _HOMES = {name: home for home, names in _NAMES_BY_MODULE.items() for name in names.split()}

@@ -17,6 +17,7 @@ from photonmap.errors import naming
 from photonmap.scene.parameters import (
     Emission,
     Flag,
+    Fluorescent,
     Number,
     Part,
     Reflectance,
@@ -31,6 +32,7 @@ from photonmap.scene.surfaces.metallic import FRACTION, metallic_gloss
 from photonmap.scene.surfaces.relief import AnisotropyMap, BumpMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, is_black, mean_number
 from photonmap.spectra.curves import Color, Spectrum
+from photonmap.spectra.fluorescence import Fluorophore
 from photonmap.spectra.metals import Metal
 
 LEAST_ALPHA = 1e-3  # Smallest α of GGX; smoother surfaces are mirrors
@@ -170,13 +172,17 @@ class Material:
         Charlie is its square, at least 0.01
     diffuse_roughness : of the diffuse reflection in [0, 1], 0 for Lambert's law (energy-preserving
         Oren–Nayar, see `kernels.bsdf.rough_diffuse`)
+    fluorescence : a `Fluorescence`, a `DonaldsonMatrix` or a tuple of these: what a diffuse surface
+        takes up and sends out at other wavelengths, alike in all directions, beside its reflectance
+    fluorescence_concentration : in [0, 1], multiplies what the fluorescence sends out
     relief : a `NormalMap` or a `BumpMap`, which turns shading normals (see
         `kernels.geometry.relief`); None for a surface without
 
     A colour is a number (a constant spectrum), a linear RGB triple, or a `Spectrum`; reflectance,
-    emission, alpha, glossy, roughness, coat, coat_roughness, sheen, tint and transmission may be a
-    `Texture`. Annotations declare ranges and the keys of TOML and MTL files, which checks, readers
-    and writers follow (`photonmap.scene.parameters`). Class methods make usual materials.
+    emission, alpha, glossy, roughness, coat, coat_roughness, sheen, tint, transmission and
+    fluorescence_concentration may be a `Texture`. Annotations declare ranges and the keys of TOML
+    and MTL files, which checks, readers and writers follow (`photonmap.scene.parameters`). Class
+    methods make usual materials.
     """
 
     name: str = "grey"
@@ -247,6 +253,13 @@ class Material:
         Cauchy | Sellmeier | NamedGlass | None, Part.of("dispersion", Cauchy, Sellmeier, NamedGlass)
     ] = None
     portal: Annotated[bool, Flag(mtl="portal")] = False
+    fluorescence: Annotated[
+        Fluorophore | tuple[Fluorophore, ...] | None, Fluorescent(only="opaque")
+    ] = None
+    fluorescence_concentration: Annotated[
+        float | Texture,
+        _Textured("concentration", mtl="fluorescence_concentration", only="opaque"),
+    ] = 1.0
 
     def __post_init__(self) -> None:
         """Take the index from the dispersion where it is not given."""

@@ -21,6 +21,7 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Color
+from photonmap.spectra.fluorescence import Fluorophore, Fluorophores, as_fluorophores
 
 T = TypeVar("T")
 Vector = tuple[float, float, float]
@@ -279,6 +280,21 @@ class Reflectance(Colored):
     largest = 1.0
     remedy = "keep it within [0, 1]"
     reader = "reflectance"
+
+
+@dataclass(frozen=True)
+class Fluorescent(Parameter):
+    """What a surface takes up and sends out at other wavelengths: one fluorophore or several."""
+
+    noun: str = "fluorescence"
+    example = "{ ... }"
+
+    def check(self, value: Any) -> Fluorophores:
+        """Return it; several as a tuple, and none as None."""
+        several = value if isinstance(value, list | tuple) else (value,)
+        if not all(isinstance(each, Fluorophore) for each in several):
+            raise self.error(value, "give Fluorescence, DonaldsonMatrix, or several of these")
+        return as_fluorophores(value) or None if several is value else value
 
 
 @dataclass(frozen=True, kw_only=True)

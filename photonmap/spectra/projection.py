@@ -82,11 +82,11 @@ def direct_projection(bands: Bands, target: Target) -> Projection:
     `InputError`.
     """
     if isinstance(target, Bands):
-        return Projection(read_only(target.average_all(*_spectra(bands)).T))
+        return Projection(read_only(target.average_all(*smoothest_spectra(bands)).T))
     if bands.is_rgb:
         return _from_rgb(target, np.eye(3))
     eye = observer()
-    grid, curves = _spectra(bands)
+    grid, curves = smoothest_spectra(bands)
     matrix = integrate_products(eye.wavelengths, eye.matching, grid, curves)
     white = bands.average_all(eye.wavelengths, eye.d65[None])[0]
     return _from_rgb(target, matrix / (matrix @ white)[:, None])
@@ -243,14 +243,14 @@ def _target_weights(target: Target) -> tuple[Floats, Floats]:
         return eye.wavelengths, curves  # zero at both ends, in steps of 1 nm
     if target.is_rgb:
         raise InputError("RGB has no sensitivities; name the target 'rgb'")
-    return _hat_averages(target)
+    return hat_averages(target)
 
 
 def _residual(matrix: Floats, inputs: Floats, truths: Floats) -> float:
     return float(np.linalg.norm(inputs @ matrix.T - truths) / np.linalg.norm(truths))
 
 
-def _spectra(bands: Bands) -> tuple[Floats, Floats]:
+def smoothest_spectra(bands: Bands) -> tuple[Floats, Floats]:
     """Return a grid (M,), nm, and curves (N, M): band values @ curves = the smoothest spectrum.
 
     For RGB it is that which RGB emission stands for. The minimum of ∫ s'² under linear constraints
@@ -259,7 +259,7 @@ def _spectra(bands: Bands) -> tuple[Floats, Floats]:
     """
     if bands.is_rgb:
         return observer().wavelengths, observer().basis * observer().d65
-    grid, averages = _hat_averages(bands)
+    grid, averages = hat_averages(bands)
     kernel = -np.abs(grid[:, None] - grid) @ averages.T
     n = bands.count
     system = np.ones((n + 1, n + 1))
@@ -268,7 +268,7 @@ def _spectra(bands: Bands) -> tuple[Floats, Floats]:
     return grid, (kernel @ weights[:n] + weights[n]).T
 
 
-def _hat_averages(bands: Bands) -> tuple[Floats, Floats]:
+def hat_averages(bands: Bands) -> tuple[Floats, Floats]:
     """Return whole wavelengths (M,) over what the eye and the bands see, and weights (N, M).
 
     They are those of a piecewise-linear curve's samples in its averages over the bands.

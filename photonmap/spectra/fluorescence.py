@@ -1,0 +1,333 @@
+"""Fluorescence: what surfaces take up at one wavelength and send out at another.
+
+A Donaldson matrix Φ (nm⁻¹) says how irradiance E becomes radiance that has changed its wavelength:
+L(λ) = ∫ Φ(λ, λ′) E(λ′) dλ′ / π, beside ρ(λ) E(λ) / π, which a reflectance ρ sends back: R.
+Donaldson, "Spectrophotometry of fluorescent pigments", British Journal of Applied Physics 5(6),
+1954; A. Glassner, "Principles of Digital Image Synthesis", 1995, section 17.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from photonmap.errors import InputError, naming_file
+from photonmap.runtime.wording import brief, shown
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import (
+    LARGEST_REFLECTANCE,
+    Color,
+    Floats,
+    Spectrum,
+    check_reflectance,
+    check_wavelengths,
+    integrate_products,
+    read_only,
+)
+from photonmap.spectra.observer import emission_spectrum, observer
+from photonmap.spectra.projection import hat_averages, smoothest_spectra
+from photonmap.spectra.tables import read_bytes, read_table
+
+RANGE: Floats = np.arange(200.0, 1001.0)
+"""Wavelengths at which energy is checked, nm."""
+_AXES = "excitation (K,), emission (M,) and matrix (M, K)"
+
+
+@dataclass(frozen=True)
+class Fluorescence:
+    """A fluorophore by two curves, which are 0 beyond their samples.
+
+    Of each photon that arrives, it takes up the fraction `excitation`, and sends out
+    `quantum_efficiency` of these with the spectrum `emission`, whatever their wavelength was
+    (Kasha's rule). What would get shorter is lost, so that the yield falls where the curves overlap
+    (Vavilov's law), unless `anti_stokes`.
+
+    Parameters
+    ----------
+    excitation : fraction of the light that the fluorophore takes up, within [0, 1]
+    emission : spectrum of the radiant power sent out, in any unit
+    quantum_efficiency : photons sent out for each that is taken up, within [0, 1]
+    anti_stokes : whether light may also go to shorter wavelengths
+
+    Raises
+    ------
+    InputError : a curve or number is of another kind or range
+    """
+
+    excitation: Spectrum
+    emission: Spectrum
+    quantum_efficiency: float = 1.0
+    anti_stokes: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the curves and the number."""
+        for name in ("excitation", "emission"):
+            if not isinstance(curve := getattr(self, name), Spectrum):
+                raise InputError(f"{name} {shown(curve)} is not a curve; give a Spectrum")
+        try:
+            check_reflectance(self.excitation.wavelengths, self.excitation.values)
+        except InputError as error:
+            raise InputError(str(error).replace("reflectance", "excitation", 1)) from None
+        lowest = int(np.argmin(self.emission.values))
+        if self.emission.values[lowest] < 0.0 or not self.emission.values.any():
+            raise InputError(
+                f"emission is {self.emission.values[lowest]:.6g} at "
+                f"{self.emission.wavelengths[lowest]:g} nm; give 0 or more, and more somewhere"
+            )
+        if not 0.0 <= self.quantum_efficiency <= 1.0:
+            raise InputError(
+                f"quantum_efficiency is {self.quantum_efficiency:.6g}; give photons sent out for "
+                "each that is taken up, from 0 to 1"
+            )
+        _check_quanta(self)
+
+    def matrix(self, emitted: Floats, exciting: Floats) -> Floats:
+        """Return Φ (M, K), nm⁻¹, at wavelengths (M,) that go out and (K,) that come in, nm."""
+        curve = self.emission
+        photons = integrate_products(
+            curve.wavelengths, curve.values[None], curve.wavelengths, curve.wavelengths[None]
+        )
+        out = self.quantum_efficiency * _within(emitted, curve.wavelengths, curve.values[None])[0]
+        taken = self.excitation
+        taken_up = _within(exciting, taken.wavelengths, taken.values[None])[0] * exciting
+        return _stokes(self, np.outer(out, taken_up) / photons, emitted, exciting)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DonaldsonMatrix:
+    """A measured reradiation matrix without its diagonal, which is the material's reflectance.
+
+    It is linear between its samples, and 0 beyond them.
+
+    Parameters
+    ----------
+    excitation : (K,) float64, nm, increasing
+    emission : (M,) float64, nm, increasing
+    values : (M, K) float64, nm⁻¹: radiant power sent out per nanometre around an emission, for a
+        radiant power of 1 that arrives at an excitation
+    anti_stokes : whether light may also go to shorter wavelengths
+
+    Raises
+    ------
+    InputError : the arrays do not fit together, or a value is negative or not finite; more comes
+        out than goes in; or light goes to its own wavelength or a shorter one, unless
+        `anti_stokes`. The message names the wavelength
+    """
+
+    excitation: Floats
+    emission: Floats
+    values: Floats
+    anti_stokes: bool = False
+
+    __repr__ = brief
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            excitation: ArrayLike,
+            emission: ArrayLike,
+            values: ArrayLike,
+            anti_stokes: bool = False,
+        ) -> None:
+            """Take array-likes."""
+
+    def __post_init__(self) -> None:
+        """Copy the arrays, check them and make them read-only."""
+        for name in ("excitation", "emission", "values"):
+            try:
+                array = np.array(getattr(self, name), np.float64)
+            except (TypeError, ValueError):
+                raise InputError(f"a Donaldson matrix needs numbers as its {name}") from None
+            object.__setattr__(self, name, read_only(array))
+        shape = (self.emission.size, self.excitation.size)
+        if self.values.shape != shape or self.emission.ndim != 1 or min(shape) < 2:
+            raise InputError(
+                f"a Donaldson matrix needs {_AXES}, of 2 wavelengths or more each; got "
+                f"{self.excitation.shape}, {self.emission.shape} and {self.values.shape}"
+            )
+        for axis in (self.excitation, self.emission):
+            check_wavelengths(axis)
+        self._refuse(~((self.values >= 0.0) & (self.values < np.inf)), "give finite values from 0")
+        shorter = (self.emission[:, None] <= self.excitation) & (self.values > 0.0)
+        if not self.anti_stokes:
+            self._refuse(
+                shorter,
+                "re-emission goes to longer wavelengths: set it to 0 (reflectance is the "
+                "material's own), or allow it with anti_stokes",
+            )
+        _check_quanta(self)
+
+    def _refuse(self, is_wrong: np.ndarray, remedy: str) -> None:
+        if is_wrong.any():
+            row, column = np.argwhere(is_wrong)[0]
+            raise InputError(
+                f"a Donaldson matrix has {self.values[row, column]:.6g} from "
+                f"{self.excitation[column]:g} to {self.emission[row]:g} nm; {remedy}"
+            )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, DonaldsonMatrix) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def _key(self) -> tuple[object, ...]:
+        arrays = (self.excitation, self.emission, self.values)
+        return (*(array.tobytes() for array in arrays), self.anti_stokes)
+
+    @classmethod
+    def read(cls, path: str | PathLike[str], anti_stokes: bool = False) -> DonaldsonMatrix:
+        """Read a file.
+
+        Parameters
+        ----------
+        path : FILE.npz with `excitation` (K,), `emission` (M,) and `matrix` (M, K); or a table
+            whose first row has a word and then the K excitations, and each other row an emission
+            and K values
+        anti_stokes : whether light may also go to shorter wavelengths
+
+        Raises
+        ------
+        InputError : it is no such file
+        """
+        path = Path(path)
+        with naming_file(path):
+            if path.suffix.lower() == ".npz":
+                excitation, emission, values = _read_npz(path)
+                return cls(excitation, emission, values, anti_stokes)
+            table = read_table(path, 0.0, kind="re-emission")
+            try:
+                exciting = [float(name) for name in table.names]
+            except ValueError:
+                raise InputError(
+                    f"the first row names {shown(table.names[0])}, not an excitation in nm; write "
+                    "a word, and then the wavelengths"
+                ) from None
+            return cls(exciting, table.wavelengths, table.values.T, anti_stokes)
+
+    def matrix(self, emitted: Floats, exciting: Floats) -> Floats:
+        """Return Φ (M, K), nm⁻¹, at wavelengths (M,) that go out and (K,) that come in, nm."""
+        rows = _within(exciting, self.excitation, self.values)
+        return _stokes(self, _within(emitted, self.emission, rows.T).T, emitted, exciting)
+
+
+Fluorophore = Fluorescence | DonaldsonMatrix
+Fluorophores = Fluorophore | Sequence[Fluorophore] | None
+
+
+def as_fluorophores(fluorescence: Fluorophores) -> tuple[Fluorophore, ...]:
+    """Return all fluorophores of what a material has: none, one or several."""
+    if fluorescence is None:
+        return ()
+    if isinstance(fluorescence, Fluorescence | DonaldsonMatrix):
+        return (fluorescence,)
+    return tuple(fluorescence)
+
+
+def reradiation(fluorescence: Fluorophores, bands: Bands) -> Floats:
+    """Return how irradiance by band becomes radiance by band: (N, N) float64.
+
+    Entry [i, j] of F is by which factor irradiance in band j becomes radiance in band i that has
+    changed its wavelength: L_i = (ρ_i E_i + Σ_j F[i, j] E_j) / π, for a concentration of 1. It is
+    Φ of the dual basis of the bands: of the spectra d_j whose averages over band i are 1 for i = j
+    and 0 otherwise. The bands' own curves are such spectra only where they do not overlap; with
+    them, energy is added (A. Fichet, L. Belcour and P. Barla, "Non-Orthogonal Reduction for
+    Rendering Fluorescent Materials in Non-Spectral Engines", EGSR 2024). Of all dual bases it is
+    the smoothest, as for `photonmap.spectra.projection`, under which a constant spectrum remains
+    one; small entries may be negative. What the bands do not see neither excites nor is sent out.
+    """
+    grid, averages, spectra = _bases(bands)
+    return averages @ donaldson(fluorescence, grid, grid) @ spectra.T
+
+
+def donaldson(fluorescence: Fluorophores, emitted: Floats, exciting: Floats) -> Floats:
+    """Return Φ (M, K), nm⁻¹, of all fluorophores, at wavelengths out (M,) and in (K,), nm."""
+    total = np.zeros((len(emitted), len(exciting)))
+    for each in as_fluorophores(fluorescence):
+        total += each.matrix(emitted, exciting)
+    return total
+
+
+def reradiation_residual(fluorescence: Fluorophores, bands: Bands, light: Color) -> float:
+    """Return the error of `reradiation` for a light, relative to what is sent out in these bands.
+
+    It is ‖F E − T‖ / ‖T‖ for the band values E of the light, and T of what its spectrum excites;
+    the light's outer values hold beyond its samples. A surface that sends out nothing has none.
+    """
+    spectrum, (grid, averages, _) = emission_spectrum(light), _bases(bands)
+    exact = averages @ donaldson(fluorescence, grid, RANGE) @ spectrum(RANGE)
+    missed = reradiation(fluorescence, bands) @ bands.emission(light) - exact
+    return float(np.linalg.norm(missed) / (np.linalg.norm(exact) or 1.0))
+
+
+def quanta_out(fluorescence: Fluorophores, wavelengths: Floats) -> Floats:
+    """Return photons sent out per photon that arrives at wavelengths (K,), nm: (K,) float64.
+
+    Or radiant power per power where that is more, as it may be where light gets shorter.
+    """
+    values = donaldson(fluorescence, RANGE, wavelengths)
+    return np.maximum(RANGE @ values / wavelengths, values.sum(axis=0))
+
+
+def check_quanta(
+    fluorescence: Fluorophores, concentration: float, reflectance: Callable[[Floats], Floats]
+) -> None:
+    """Raise `InputError`, naming the wavelength, where more light leaves than arrives.
+
+    reflectance : at wavelengths (K,), nm
+    """
+    sent = concentration * quanta_out(fluorescence, RANGE)
+    total = np.where(sent > 0.0, sent + reflectance(RANGE), 0.0)
+    if total.max() > LARGEST_REFLECTANCE:
+        at = int(total.argmax())
+        kept = f" and reflectance {total[at] - sent[at]:.3g}" if total[at] > sent[at] else ""
+        raise InputError(
+            f"fluorescence {sent[at]:.3g}{kept} send out more photons than arrive at "
+            f"{RANGE[at]:g} nm; keep their sum within 1"
+        )
+
+
+def _check_quanta(fluorophore: Fluorophore) -> None:
+    check_quanta(fluorophore, 1.0, np.zeros_like)
+
+
+def _within(at: Floats, nodes: Floats, curves: Floats) -> Floats:
+    """Return piecewise-linear curves (C, K), 0 beyond their nodes (K,), at (M,): (C, M)."""
+    return np.array([np.interp(at, nodes, curve, 0.0, 0.0) for curve in curves])
+
+
+def _stokes(of: Fluorophore, values: Floats, emitted: Floats, exciting: Floats) -> Floats:
+    return values if of.anti_stokes else np.where(emitted[:, None] > exciting, values, 0.0)
+
+
+@cache
+def _bases(bands: Bands) -> tuple[Floats, Floats, Floats]:
+    """Return wavelengths (M,), nm, the weights (N, M) of averages, and the dual basis (N, M).
+
+    Both have 1 nm as their unit, in steps of which the wavelengths are.
+    """
+    grid, spectra = smoothest_spectra(bands)
+    if bands.limits is None:
+        return grid, observer().matching, spectra
+    low, high = bands.limits
+    return grid, hat_averages(bands)[1], spectra * ((grid >= low) & (grid <= high))
+
+
+def _read_npz(path: Path) -> list[Floats]:
+    from io import BytesIO
+
+    data = read_bytes(path)
+    try:
+        with np.load(BytesIO(data)) as file:
+            return [file[name] for name in ("excitation", "emission", "matrix")]
+    except Exception as error:  # what a damaged file raises is not documented
+        raise InputError(f"cannot be read ({error}); save arrays {_AXES}") from None
