@@ -35,24 +35,17 @@ _CORNERS = np.array([[0.75, 0.75], [1.25, 0.75], [0.75, 1.25]])
 
 @dataclass
 class TextureTable:
-    """All textures of a scene as kernels take them.
+    """All textures of a scene as kernels take them."""
 
-    Parameters
-    ----------
-    maps : one row a use
-    rows : by each of `IMAGES`, (M,) the row that each material uses, -1 for none
-    clear : (M,) likewise, of what panes of textured tint let pass in every band
-    opacity : (M,) where there is no texture
-    uses : which texture each row of `maps` is, and what its reflectances are divided by
-    images : keeps the texels alive, of which kernels have the addresses
-    """
-
-    maps: records.Maps
+    maps: records.Maps  # one row a use
     rows: dict[str, NDArray[np.int32]]
-    clear: NDArray[np.int32]
-    opacity: Floats
+    """by each of `IMAGES`, (M,) the row that each material uses, -1 for none"""
+    clear: NDArray[np.int32]  # (M,) likewise, of what panes of textured tint let pass in every band
+    opacity: Floats  # (M,) where there is no texture
     uses: list[tuple[Texture, float]] = field(repr=False)
+    """which texture each row of `maps` is, and what its reflectances are divided by"""
     images: list[Any] = field(repr=False)
+    """keeps the texels alive, of which kernels have the addresses"""
 
     def textures(self, bands: Bands) -> records.Textures | None:
         """Return textured reflectances; None where there are none."""

@@ -20,18 +20,12 @@ FORMS = "write 0.02, indirect:0.02 or indirect:p95:0.02"
 
 @dataclass(frozen=True)
 class Goal:
-    """A relative standard error, SE / sqrt(v² + 0.01 m²) of a buffer v of mean m per band.
+    """A relative standard error, SE / sqrt(v² + 0.01 m²) of a buffer v of mean m per band."""
 
-    Parameters
-    ----------
-    limit : to be reached
-    buffer : one of `BUFFERS`
-    percentile : over valid pixels and bands, in (0, 100]; None for the root mean square
-    """
-
-    limit: float
-    buffer: str = "radiance"
+    limit: float  # to be reached
+    buffer: str = "radiance"  # one of `BUFFERS`
     percentile: float | None = None
+    """over valid pixels and bands, in (0, 100]; None for the root mean square"""
 
     @classmethod
     def parse(cls, text: float | str | Goal) -> Goal:

@@ -44,30 +44,17 @@ TILE = 512
 
 @dataclass(frozen=True)
 class PassSetup:
-    """What passes are made of.
+    """What passes are made of."""
 
-    Parameters
-    ----------
-    compiled : the scene
-    film : the image
-    bands : N, columns that passes carry
-    photons : emitted in each pass
-    seed : of all random numbers
-    workers : that share the work
-    effects : which are simulated; None for all
-    storage : where the arrays lie
-    unbiased : whether the mean of passes is to be exact
-    """
-
-    compiled: CompiledScene
-    film: Film
-    bands: int
-    photons: int
-    seed: int
-    workers: Workers
-    effects: EffectPlan | None = None
-    storage: Storage = RAM
-    unbiased: bool = False
+    compiled: CompiledScene  # the scene
+    film: Film  # the image
+    bands: int  # N, columns that passes carry
+    photons: int  # emitted in each pass
+    seed: int  # of all random numbers
+    workers: Workers  # that share the work
+    effects: EffectPlan | None = None  # which are simulated; None for all
+    storage: Storage = RAM  # where the arrays lie
+    unbiased: bool = False  # whether the mean of passes is to be exact
 
     @property
     def pixels(self) -> int:

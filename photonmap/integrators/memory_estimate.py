@@ -32,26 +32,16 @@ PASSING_BYTES_PER_CAUSTIC = 3 * 52
 
 @dataclass(frozen=True)
 class Work:
-    """What decides how much memory a render needs.
-
-    Parameters
-    ----------
-    pixels, photons, triangles : their numbers
-    bands : those of the whole, and of each light group that is split off
-    specular : there are mirrors or glass
-    per_light : light is split by light group
-    unbiased : pixels share by differences
-    buffers : names of those that are kept
-    """
+    """What decides how much memory a render needs."""
 
     pixels: int
-    bands: int
+    bands: int  # those of the whole, and of each light group that is split off
     photons: int
     triangles: int
-    specular: bool = False
-    per_light: bool = False
-    unbiased: bool = False
-    buffers: Collection[str] = DEFAULT
+    specular: bool = False  # there are mirrors or glass
+    per_light: bool = False  # light is split by light group
+    unbiased: bool = False  # pixels share by differences
+    buffers: Collection[str] = DEFAULT  # names of those that are kept
 
     @property
     def need(self) -> Need:

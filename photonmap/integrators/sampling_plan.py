@@ -122,24 +122,16 @@ def _plan_sharing(film: Film, prepass: Prepass, span: Span, plan: SamplingPlan) 
 
 @dataclass(frozen=True)
 class _Planner:
-    """Decides on the samples of pixels.
-
-    Parameters
-    ----------
-    partners : (P,) pixels of each footprint
-    light_samples : of a pixel
-    least : camera samples of an even pixel
-    spreads : whether the samples of a pixel differ
-    most_gathers : gather rays at most of pixels of a flat surface, and those of others
-    """
+    """Decides on the samples of pixels."""
 
     film: Film
     prepass: Prepass
-    partners: NDArray[np.int32]
-    light_samples: LightSamples
-    least: int
-    spreads: bool
+    partners: NDArray[np.int32]  # (P,) pixels of each footprint
+    light_samples: LightSamples  # of a pixel
+    least: int  # camera samples of an even pixel
+    spreads: bool  # whether the samples of a pixel differ
     most_gathers: tuple[int, int]
+    """gather rays at most of pixels of a flat surface, and those of others"""
 
     def plan(self, span: Span, plan: SamplingPlan) -> None:
         """Fill the plan of the pixels of a span of lines."""

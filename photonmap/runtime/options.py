@@ -31,41 +31,26 @@ _WIDTH = 100
 
 @dataclass(frozen=True, kw_only=True)
 class Option:
-    """How one option is documented, written on the command line, and checked.
+    """How one option is documented, written on the command line, and checked."""
 
-    Parameters
-    ----------
-    help : what it does, without a full stop
-    name, default : its keyword in Python, and the value where it is left out
-    default_text : the default in words, where the value does not say it
-    short : letter that stands for its flag on the command line, if any
-    written : what is special about it on the command line
-    group : heading under which the command line lists it; None if it cannot be given there
-    metavar : placeholder for its value in help texts
-    read : text on the command line → value
-    bare : value of a flag that stands alone, where it may
-    choices : all permitted values
-    whole : (least, greatest) permitted whole number
-    check : value → the form in which a render uses it; raises `InputError`
-    decides : whether the arrays depend on it: it is then in the run record and the fingerprint
-    commands : those that take it
-    """
-
-    help: str
-    name: str = ""
-    default: Any = None
-    default_text: str = ""
-    short: str = ""
-    written: str = ""
+    help: str  # what it does, without a full stop
+    name: str = ""  # its keyword in Python
+    default: Any = None  # the value where it is left out
+    default_text: str = ""  # the default in words, where the value does not say it
+    short: str = ""  # letter that stands for its flag on the command line, if any
+    written: str = ""  # what is special about it on the command line
     group: str | None = None
-    metavar: str | None = None
-    read: Callable[[str], Any] | None = None
-    bare: Any = None
-    choices: tuple[str, ...] = ()
-    whole: tuple[int, int] | None = None
+    """heading under which the command line lists it; None if it cannot be given there"""
+    metavar: str | None = None  # placeholder for its value in help texts
+    read: Callable[[str], Any] | None = None  # text on the command line → value
+    bare: Any = None  # value of a flag that stands alone, where it may
+    choices: tuple[str, ...] = ()  # all permitted values
+    whole: tuple[int, int] | None = None  # (least, greatest) permitted whole number
     check: Callable[[Any], Any] | None = None
+    """value → the form in which a render uses it; raises `InputError`"""
     decides: bool = False
-    commands: tuple[str, ...] = ("render",)
+    """whether the arrays depend on it: it is then in the run record and the fingerprint"""
+    commands: tuple[str, ...] = ("render",)  # those that take it
 
     @property
     def flag(self) -> str:

@@ -30,14 +30,10 @@ STRIP = 1 << 18
 
 @dataclass(frozen=True)
 class Storage:
-    """Makes arrays.
-
-    Parameters
-    ----------
-    mapped : in scratch files in the folder for temporary files (TMPDIR), in place of RAM
-    """
+    """Makes arrays."""
 
     mapped: bool = False
+    """in scratch files in the folder for temporary files (TMPDIR), in place of RAM"""
 
     def zeros(self, shape: int | tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
         """Make an array of zeros.

@@ -48,19 +48,14 @@ SRGB_TABLE: NDArray[np.float32] = decode_srgb(np.arange(256) / 255).astype(np.fl
 class Image:
     """A texture in memory; bytes are decoded when they are looked up.
 
-    Parameters
-    ----------
-    texels : (H, W, 3) uint8 or float32, RGB, or (H, W, 1) grey, top row first; float32 is
-        linear
-    srgb : whether uint8 texels are encoded in sRGB
-
     Raises
     ------
     InputError : there are no texels, or they are of another shape or type
     """
 
     texels: NDArray[np.uint8] | NDArray[np.float32]
-    srgb: bool
+    """(H, W, 3) uint8 or float32, RGB, or (H, W, 1) grey, top row first; float32 is linear"""
+    srgb: bool  # whether uint8 texels are encoded in sRGB
 
     __repr__ = brief
 
@@ -163,20 +158,13 @@ def _channel(index: int) -> Callable[[Channels], Image]:
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """All channels of an image file.
+    """All channels of an image file."""
 
-    Parameters
-    ----------
-    path : the file
-    pixels : (H, W, C) uint8; float32 of all other types, integers divided by their largest value
-    names : of the channels, in lower case
-    is_float : whether the file holds floats
-    """
-
-    path: Path
+    path: Path  # the file
     pixels: NDArray[Any]
-    names: list[str]
-    is_float: bool
+    """(H, W, C) uint8; float32 of all other types, integers divided by their largest value"""
+    names: list[str]  # of the channels, in lower case
+    is_float: bool  # whether the file holds floats
 
     def image(self, linear: bool = False) -> Image:
         """Return RGB, as `read_texture` does."""

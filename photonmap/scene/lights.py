@@ -43,41 +43,27 @@ _HalfAngle = Annotated[float, Number("half-angle", "degrees", at_least=0.0, belo
 
 @dataclass(frozen=True)
 class Profile:
-    """The intensity of a light as a table over directions.
+    """The intensity of a light as a table over directions."""
 
-    Parameters
-    ----------
-    frame : (3, 3), rows are the axes x, y, z of the table in the world
-    intensity : (V, H) relative to the mean over all directions; V polar angles evenly from +z to
-        -z, H azimuths evenly from +x towards +y, the last one that of the first again
-    """
-
-    frame: Floats
+    frame: Floats  # (3, 3), rows are the axes x, y, z of the table in the world
     intensity: NDArray[np.float32]
+    """(V, H) relative to the mean over all directions; V polar angles evenly from +z to -z, H
+    azimuths evenly from +x towards +y, the last one that of the first again"""
 
 
 @dataclass(frozen=True)
 class Emitter:
-    """What a light is to the renderer, in scene units; its amount apart.
+    """What a light is to the renderer, in scene units; its amount apart."""
 
-    Parameters
-    ----------
-    kind : of `photonmap.kernels.lights.kinds`
-    extent : the power of an emission of 1, by the radius of a sphere that holds the scene
-    position : None for a light infinitely far away
-    axis : unit vector in which it shines
-    parameters : that its kind has beside: the fields of `Parameters` of its module
-    cone : cosine of the half angle of the directions in which it shines
-    profile : None for a light that has none
-    """
-
-    kind: str
+    kind: str  # of `photonmap.kernels.lights.kinds`
     extent: Callable[[float], float]
-    position: Vector | None = None
-    axis: Vector = (0.0, 0.0, 0.0)
+    """the power of an emission of 1, by the radius of a sphere that holds the scene"""
+    position: Vector | None = None  # None for a light infinitely far away
+    axis: Vector = (0.0, 0.0, 0.0)  # unit vector in which it shines
     parameters: Mapping[str, float] = field(default_factory=dict)
-    cone: float = 1.0
-    profile: Profile | None = None
+    """that its kind has beside: the fields of `Parameters` of its module"""
+    cone: float = 1.0  # cosine of the half angle of the directions in which it shines
+    profile: Profile | None = None  # None for a light that has none
 
 
 class Light:

@@ -49,30 +49,22 @@ _Textured = partial(_Fraction, textured=True)
 
 @dataclass(frozen=True)
 class Lobe:
-    """A way in which surfaces scatter beside Lambert's law, declared with what asks for it.
-
-    Parameters
-    ----------
-    level : 0 for glass and a diffuse base, 1 for what reflects over that, 2 for a cover of both
-    over, alone : its name over what `{}` stands for, and over black
-    parameters : attributes that have no effect without it
-    without : what a material lacks that has these alone, and what to do
-    clashes : attributes of lobes that it cannot have below or beside it, with what to do
-    model : the BSDF's name in `kernels.bsdf.models`; none for glass, mirrors and covers. Covers lie
-        over those of `photonmap.compile.surfaces.white_bases`
-    numbers : attributes of the material that are the BSDF's parameters; the lobe's by default
-    is_beside_glass : whether a surface may have it that is glass in part
-    """
+    """A way in which surfaces scatter beside Lambert's law, declared with what asks for it."""
 
     level: Literal[0, 1, 2]
-    over: str = "{}"
-    alone: str = ""
-    parameters: tuple[str, ...] = ()
-    without: str = ""
+    """0 for glass and a diffuse base, 1 for what reflects over that, 2 for a cover of both"""
+    over: str = "{}"  # its name over what `{}` stands for
+    alone: str = ""  # its name over black
+    parameters: tuple[str, ...] = ()  # attributes that have no effect without it
+    without: str = ""  # what a material lacks that has these alone, and what to do
     clashes: Mapping[str, str] = field(default_factory=dict)
+    """attributes of lobes that it cannot have below or beside it, with what to do"""
     model: str = ""
+    """the BSDF's name in `kernels.bsdf.models`; none for glass, mirrors and covers. Covers lie over
+    those of `photonmap.compile.surfaces.white_bases`"""
     numbers: tuple[str, ...] = ()
-    is_beside_glass: bool = False
+    """attributes of the material that are the BSDF's parameters; the lobe's by default"""
+    is_beside_glass: bool = False  # whether a surface may have it that is glass in part
 
 
 _LAMBERT = "only a Lambertian base lies below; set diffuse_roughness to 0, or leave out"

@@ -54,24 +54,15 @@ def unit(vector: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Parameter:
-    """What an attribute may be.
+    """What an attribute may be."""
 
-    Parameters
-    ----------
-    noun : what a value is, for messages: "half-angle"
-    unit : of its numbers
-    key : its name in TOML files; the attribute's name by default
-    mtl : its statement in MTL files; none by default
-    textured : whether it may be a `Texture`
-    only : the kind of material that has it; all kinds by default
-    """
-
-    noun: str
-    unit: str = ""
-    key: str = ""
-    mtl: str = ""
-    textured: bool = False
+    noun: str  # what a value is, for messages: "half-angle"
+    unit: str = ""  # of its numbers
+    key: str = ""  # its name in TOML files; the attribute's name by default
+    mtl: str = ""  # its statement in MTL files; none by default
+    textured: bool = False  # whether it may be a `Texture`
     only: Literal["", "glass", "opaque"] = ""
+    """the kind of material that has it; all kinds by default"""
     example: ClassVar[str] = "..."  # A value in a TOML file, for messages
 
     def check(self, value: Any) -> Any:

@@ -59,29 +59,19 @@ _DRAWN = ("reflectance", "shading")
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The ground truth of an image, (H, W, C) float64 each unless stated.
+    """The ground truth of an image, (H, W, C) float64 each unless stated."""
 
-    Parameters
-    ----------
-    name : of the image
-    scene : of the image, whatever the light
-    radiance : what a camera sees; its grey values have their 99th percentile at 1
-    reflectance : of a perfect diffuser 1
-    shading : its grey values have their 99th percentile at 1; its colour is that of the light
-    regions : (H, W) int, number of the material, 0 for none
-    mask : (H, W) bool, valid pixels
-    errors : standard errors of reflectance and shading by name, of bands projected like the values;
-        empty if there are none
-    """
-
-    name: str
-    scene: str
-    radiance: Floats
-    reflectance: Floats
+    name: str  # of the image
+    scene: str  # of the image, whatever the light
+    radiance: Floats  # what a camera sees; its grey values have their 99th percentile at 1
+    reflectance: Floats  # of a perfect diffuser 1
     shading: Floats
-    regions: NDArray[Any]
-    mask: Mask
+    """its grey values have their 99th percentile at 1; its colour is that of the light"""
+    regions: NDArray[Any]  # (H, W) int, number of the material, 0 for none
+    mask: Mask  # (H, W) bool, valid pixels
     errors: dict[str, Floats]
+    """standard errors of reflectance and shading by name, of bands projected like the values; empty
+    if there are none"""
 
     def drawn(self, rng: np.random.Generator) -> Truth:
         """Return the truth with the noise of its standard errors added once more.

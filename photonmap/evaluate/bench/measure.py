@@ -30,24 +30,14 @@ Measure = Callable[[Truth, Floats, Floats], float]
 
 @dataclass(frozen=True)
 class Metric:
-    """A metric of the bench; less is better.
+    """A metric of the bench; less is better."""
 
-    Parameters
-    ----------
-    name : on the command line and in tables
-    meaning : a few words, with the source
-    layers : that it is measured on
-    measure : measures it
-    needs_rgb : it is defined for linear sRGB alone
-    figures : by which it is summed up over images
-    """
-
-    name: str
-    meaning: str
-    layers: tuple[str, ...]
-    measure: Measure
-    needs_rgb: bool = False
-    figures: tuple[str, ...] = ("mean",)
+    name: str  # on the command line and in tables
+    meaning: str  # a few words, with the source
+    layers: tuple[str, ...]  # that it is measured on
+    measure: Measure  # measures it
+    needs_rgb: bool = False  # it is defined for linear sRGB alone
+    figures: tuple[str, ...] = ("mean",)  # by which it is summed up over images
 
 
 @lru_cache(maxsize=2)
@@ -148,16 +138,10 @@ class Column(NamedTuple):
 
 @dataclass
 class Measured:
-    """The scores of one estimate.
+    """The scores of one estimate."""
 
-    Parameters
-    ----------
-    scores : by column
-    undefined : reasons why a metric is not defined for this image, by column
-    """
-
-    scores: dict[Column, float]
-    undefined: dict[Column, str]
+    scores: dict[Column, float]  # by column
+    undefined: dict[Column, str]  # reasons why a metric is not defined for this image, by column
 
 
 def checked(estimate: Estimate, truth: Truth) -> dict[str, Floats]:

@@ -17,24 +17,16 @@ from photonmap.evaluate.metrics.arrays import Floats
 
 @dataclass
 class MethodScores:
-    """The scores of one method.
+    """The scores of one method."""
 
-    Parameters
-    ----------
-    name : of the method
-    measured : by image
-    draws : scores against a truth with noise added, by image
-    failures : reasons why images have no estimate, by image
-    settings : by scene
-    seconds : that the method took, by image
-    """
-
-    name: str
-    measured: dict[str, Measured] = field(default_factory=dict)
+    name: str  # of the method
+    measured: dict[str, Measured] = field(default_factory=dict)  # by image
     draws: dict[str, list[dict[Column, float]]] = field(default_factory=dict)
+    """scores against a truth with noise added, by image"""
     failures: dict[str, str] = field(default_factory=dict)
-    settings: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    seconds: dict[str, float] = field(default_factory=dict)
+    """reasons why images have no estimate, by image"""
+    settings: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # by scene
+    seconds: dict[str, float] = field(default_factory=dict)  # that the method took, by image
 
     @property
     def columns(self) -> list[Column]:

@@ -167,26 +167,18 @@ FILE = "sirfs_priors.json"
 
 @dataclass(frozen=True)
 class Priors:
-    """What is likely.
-
-    Parameters
-    ----------
-    edges : (16,) weights of the mixture of differences of reflectance, in units of `edge_spread`
-    bends : (16,) weights of the mixture of differences of mean curvature
-    edge_spread : standard deviations of differences of log reflectance: brightness, deviations
-    reflectance : mean and standard deviation of brightness, and standard deviation of deviations
-    light : (9,) mean of coefficients, mean over bands
-    light_precision : (9, 9) inverse of their covariance
-    light_deviation : (9,) standard deviation of bands from their mean
-    """
+    """What is likely."""
 
     edges: list[float]
-    bends: list[float]
+    """(16,) weights of the mixture of differences of reflectance, in units of `edge_spread`"""
+    bends: list[float]  # (16,) weights of the mixture of differences of mean curvature
     edge_spread: list[float]
+    """standard deviations of differences of log reflectance: brightness, deviations"""
     reflectance: list[float]
-    light: list[float]
-    light_precision: list[list[float]]
-    light_deviation: list[float]
+    """mean and standard deviation of brightness, and standard deviation of deviations"""
+    light: list[float]  # (9,) mean of coefficients, mean over bands
+    light_precision: list[list[float]]  # (9, 9) inverse of their covariance
+    light_deviation: list[float]  # (9,) standard deviation of bands from their mean
 
 
 def load_priors() -> Priors:

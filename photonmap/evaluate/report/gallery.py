@@ -97,22 +97,15 @@ class Disagreement(NamedTuple):
 
 @dataclass
 class Cases:
-    """Pairs of estimates, and where metrics disagree on them most.
+    """Pairs of estimates, and where metrics disagree on them most."""
 
-    Parameters
-    ----------
-    ordered : the second of a pair is known to be worse
-    pairs : that were compared
-    differing : those of them that LMSE and DSSIM rank differently; if ordered, LMSE wrongly
-    opposite : if ordered, those that DSSIM ranks wrongly and LMSE rightly
-    shown : the strongest, at most one of an image
-    """
-
-    ordered: bool
-    pairs: int = 0
+    ordered: bool  # the second of a pair is known to be worse
+    pairs: int = 0  # that were compared
     differing: int = 0
-    opposite: int = 0
+    """those of them that LMSE and DSSIM rank differently; if ordered, LMSE wrongly"""
+    opposite: int = 0  # if ordered, those that DSSIM ranks wrongly and LMSE rightly
     shown: list[Disagreement] = field(default_factory=list)
+    """the strongest, at most one of an image"""
 
     def percent(self, count: int) -> str:
         """Return a share of the pairs."""
@@ -145,16 +138,12 @@ class Cases:
 
 @dataclass
 class Disagreements:
-    """Collects them among methods, and among degradations of which the worse one is known.
-
-    Parameters
-    ----------
-    methods : any two methods on the same image
-    known : of two estimates, one is known to be worse
-    """
+    """Collects them among methods, and among degradations of which the worse one is known."""
 
     methods: Cases = field(default_factory=lambda: Cases(ordered=False))
+    """any two methods on the same image"""
     known: Cases = field(default_factory=lambda: Cases(ordered=True))
+    """of two estimates, one is known to be worse"""
     _truth: Truth | None = None
     _rated: list[Rated] = field(default_factory=list)
 
@@ -210,15 +199,11 @@ class Gallery:
     """Keeps the best and the worst case of each method, and where metrics disagree on two.
 
     Cases go by the first metric's mean over layers, or its only layer.
-
-    Parameters
-    ----------
-    cases : by method, then "best" and "worst"
-    disagreements : of LMSE and DSSIM
     """
 
     cases: dict[str, dict[str, Case]] = field(default_factory=dict)
-    disagreements: Disagreements = field(default_factory=Disagreements)
+    """by method, then "best" and "worst" """
+    disagreements: Disagreements = field(default_factory=Disagreements)  # of LMSE and DSSIM
 
     def keep(
         self, truth: Truth, method: str, layers: Mapping[str, Floats], measured: Measured

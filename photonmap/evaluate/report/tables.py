@@ -22,24 +22,14 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """A table of an experiment.
+    """A table of an experiment."""
 
-    Parameters
-    ----------
-    name : of its files and its anchor on the page
-    title : above it
-    meaning : what it shows and how it was measured
-    heads : of the columns, that of the rows' names first
-    rows : name and figures, as many as `heads` asks for
-    findings : sentences on what it shows, computed from it
-    """
-
-    name: str
-    title: str
-    meaning: str
-    heads: Sequence[str]
-    rows: Sequence[tuple[str, Sequence[Cell]]]
-    findings: Sequence[str] = ()
+    name: str  # of its files and its anchor on the page
+    title: str  # above it
+    meaning: str  # what it shows and how it was measured
+    heads: Sequence[str]  # of the columns, that of the rows' names first
+    rows: Sequence[tuple[str, Sequence[Cell]]]  # name and figures, as many as `heads` asks for
+    findings: Sequence[str] = ()  # sentences on what it shows, computed from it
 
 
 def number(value: float) -> str:
