@@ -154,10 +154,7 @@ def _describe_exposure(
 
 
 def _describe_colors(result: Result, response: Response) -> dict[str, Any]:
-    """Return the white in the camera's colours, and matrices from them.
-
-    The white is all lights of the scene together, where the render's record has it; else D65.
-    """
+    """Return matrices from camera colours, and the white: of all lights of the scene, or D65."""
     to_srgb, to_xyz = find_colors(response, "rgb"), find_colors(response, "xyz")
     white = result.record.get("white")
     if white is None:

@@ -65,12 +65,10 @@ def _end(codes: list[int]) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line.
+    """Run the command line; return its exit code.
 
-    Returns
-    -------
     0; 1 where part of a data set or an evaluation failed; 2 for bad input; 130 after Ctrl-C, 143
-    after SIGTERM, whether there were complete passes to write or not
+    after SIGTERM, whether there were complete passes to write or not.
     """
     warnings.showwarning = _show_warning
     with other_signals_as_ctrl_c() as received:

@@ -68,11 +68,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _folders(images: list[Path], output: str | None) -> dict[Path, Path]:
-    """Return the folder of each image's photo.
-
-    In the folder of all of them, one is called after the image; or, as in a data set, where images
-    are of one name, after its folder.
-    """
+    """Return the folder of each image's photo, called after it, or where names agree its folder."""
     if output is None:
         return {image: image.with_name(f"{image.stem}-sensor") for image in images}
     if len(images) == 1:

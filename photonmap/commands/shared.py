@@ -31,10 +31,7 @@ Row = tuple[str, str | None, str, dict[str, Any]]
 def add_options(
     parser: argparse.ArgumentParser, command: str, **changes: dict[str, Any]
 ) -> dict[str, argparse._ArgumentGroup]:
-    """Add the options of a render that a command takes; return their groups by title.
-
-    `changes` has what differs from `photonmap.settings.OPTIONS` by option, such as `default`.
-    """
+    """Add the options of a render that a command takes, changed by name; return groups by title."""
     groups: dict[str, argparse._ArgumentGroup] = {}
     taken = [OPTIONS[name] for name in taken_by(command)]
     for title, description in GROUPS.items():

@@ -170,10 +170,7 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
 def _carry_lights(
     compiled: CompiledScene, columns: SpectralColumns, first: list[int]
 ) -> records.Lights:
-    """Return the lights of a scene, each in the columns of its group alone.
-
-    `first` is the first band that each distinct column stands for.
-    """
+    """Return lights in the columns of their group; `first` has the band each column stands for."""
     lights, count = compiled.lights, len(columns.groups)
 
     def shine(table: Array, groups: list[str]) -> Array:

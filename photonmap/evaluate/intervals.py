@@ -35,13 +35,7 @@ def mean(values: Floats) -> float:
 
 
 def group_by_scene(values: Any, scenes: Sequence[str]) -> list[Floats]:
-    """Return the finite ones of (K,) scores by scene, in order of appearance.
-
-    Parameters
-    ----------
-    values : nan where there is no score
-    scenes : of each of the K images
-    """
+    """Return the finite ones of (K,) scores by scene, in order of appearance; nan is no score."""
     scores, names = np.asarray(values, np.float64), np.asarray(scenes, object)
     known = np.isfinite(scores)
     return [scores[known & (names == name)] for name in dict.fromkeys(names[known].tolist())]

@@ -99,15 +99,7 @@ class Repeatable(Protocol):
 
 
 class BiasProbe:
-    """Estimates the bias of radiance by repeating passes.
-
-    Parameters
-    ----------
-    integrator : that runs the passes
-    film : the image
-    columns : what passes carry
-    unbiased : whether there is none to be estimated
-    """
+    """Estimates the bias of radiance by repeating passes of an integrator, unless it has none."""
 
     def __init__(
         self,

@@ -23,13 +23,10 @@ Array = NDArray[Any]
 def block_sums(
     values: Callable[[slice], NDArray[np.number]], size: tuple[int, int], side: int
 ) -> NDArray[np.float64]:
-    """Return the sums over blocks, (rows, columns, N).
+    """Return the sums over blocks, (rows, columns, N), of an image of a width and height.
 
-    Parameters
-    ----------
-    values : gives those of consecutive pixels, (n,) or (n, N)
-    size : width and height of the image
-    side : of a block, pixels; the last row and column of blocks may be smaller
+    `values` gives those of consecutive pixels, (n,) or (n, N). Blocks measure `side` pixels; those
+    of the last row and column may be smaller.
     """
     (width, height), rows = size, []
     for line in range(0, height, side):
@@ -72,11 +69,7 @@ BLOCKED = names_where(has_block_error=True)
 class BlockMoments:
     """Takes in passes one by one; holds 16 bytes a block and band for each buffer.
 
-    Parameters
-    ----------
-    film : the image
-    bands : N
-    specular : the scene has mirrors, glass or rough surfaces, so caustics are kept
+    Caustics are kept if the scene has mirrors, glass or rough surfaces.
     """
 
     def __init__(self, film: Film, bands: int, specular: bool) -> None:

@@ -31,9 +31,7 @@ class Goal:
     def parse(cls, text: float | str | Goal) -> Goal:
         """Read 0.02, "0.02", "indirect:0.02" or "indirect:p95:0.02".
 
-        Raises
-        ------
-        InputError : another form, no such buffer, or a number out of its range
+        Another form, no such buffer, or a number out of its range is an `InputError`.
         """
         if isinstance(text, Goal):
             return text
@@ -110,12 +108,7 @@ CEILING = 3600.0
 
 
 def check_pass_samples(fraction: float) -> float:
-    """Return a fraction of the usual samples that a pass may have.
-
-    Raises
-    ------
-    InputError : it is none of `PASS_SAMPLES`
-    """
+    """Return a fraction of the usual samples, one of `PASS_SAMPLES`; `InputError` for another."""
     if fraction not in PASS_SAMPLES:
         raise InputError(f"pass samples {shown(fraction)} must be 0.25, 0.5 or 1")
     return float(fraction)
@@ -146,9 +139,7 @@ class Budget:
     ) -> Budget:
         """Check a user's choice; none at all is the default error.
 
-        Raises
-        ------
-        InputError : one that is not positive and finite, or passes beside another one
+        One that is not positive and finite, or passes beside another one, is an `InputError`.
         """
         for name, value in (("passes", passes), ("seconds", seconds)):
             is_number = isinstance(value, Real) and 0.0 < value <= sys.float_info.max

@@ -10,13 +10,10 @@ STEPS = 64
 
 
 class Forecast:
-    """Predicts the seconds that the passes take in all.
+    """Predicts the seconds that the passes of a budget take in all.
 
-    Parameters
-    ----------
-    budget : when they end
-    count, elapsed : passes and seconds of earlier runs
-    sharing : indirect light is shared over footprints that shrink, so that passes get noisier
+    `count` and `elapsed` are passes and seconds of earlier runs; with `sharing`, indirect light is
+    shared over footprints that shrink, so that passes get noisier.
     """
 
     def __init__(
@@ -35,12 +32,8 @@ class Forecast:
     def total(self, count: int, error: float, elapsed: float, setup: float) -> float:
         """Return the predicted total after `count` passes; infinite while nothing is known.
 
-        Parameters
-        ----------
-        count : of passes that are complete
-        error : that the budget compares with its goal
-        elapsed : seconds so far
-        setup : seconds of them that no later pass will take again
+        The error is that which the budget compares with its goal; of the seconds so far, no later
+        pass will take those of `setup` again.
         """
         pace = (elapsed - self._elapsed - setup) / (count - self._count)
         needed = self.passes_needed(count, error)

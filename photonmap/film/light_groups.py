@@ -21,16 +21,7 @@ OF_GROUPS = names_where(per_light=True)
 
 
 class LightGroups:
-    """Takes in passes one by one.
-
-    Parameters
-    ----------
-    columns : what the passes carry
-    film : the image
-    workers : that share the work
-    specular : the scene has specular surfaces
-    storage : where the arrays lie
-    """
+    """Takes in passes one by one, each with what `columns` carry."""
 
     def __init__(
         self,

@@ -37,16 +37,10 @@ Finished = dict[str, tuple[NDArray[np.float64], NDArray[np.float32], float]]
 
 
 class Accumulator:
-    """Takes in passes one by one; holds 72 bytes a pixel and band.
+    """Takes in passes one by one; holds 72 bytes a pixel and band, 24 more if specular.
 
-    Parameters
-    ----------
-    size : number of pixels P
-    bands : N
-    workers : that share the work
-    specular : the scene has specular surfaces; 24 bytes more
-    weights : (N,) how many bands a column stands for in the error; 1 each by default
-    storage : where the arrays lie
+    `size` is the number of pixels P. `weights`, (N,), say how many bands a column stands for in the
+    error; 1 each by default.
     """
 
     def __init__(
@@ -173,19 +167,12 @@ class Accumulator:
         return math.sqrt(variance)
 
     def finish(self, scale: float, kept: Container[str] = ALL) -> tuple[Buffers, Buffers]:
-        """Return the buffers and their standard errors, each (P, N) float32.
+        """Return the kept buffers and their standard errors, each (P, N) float32.
 
-        Parameters
-        ----------
-        scale : multiplies all light
-        kept : names of the buffers to return
-
-        Returns
-        -------
-        buffers : radiance, emission, direct, indirect, reflectance, shading, and caustics and
-            residual where there are specular surfaces; covariance; coverage (P,)
-        errors : of all but the last two; empty after a single pass, infinite where a pixel of
-            several passes has one
+        All light is multiplied by `scale`. Buffers are radiance, emission, direct, indirect,
+        reflectance and shading, and caustics and residual where there are specular surfaces;
+        covariance; coverage (P,). Errors are of all but the last two; empty after a single pass,
+        infinite where a pixel of several passes has one.
         """
         table, size = self._table(scale), (self._size, len(self._weights))
         names = [name for name in ("shading", *table, "radiance") if name in kept]

@@ -32,10 +32,7 @@ def take_in(value: Array, count: int, mean: Array, spread: Array) -> None:
 def pool_means(counts: Sequence[Array], means: Sequence[Array]) -> Array:
     """Return the mean over all passes of several runs; exactly the value where all are the same.
 
-    Parameters
-    ----------
-    counts : passes of each run; all arrays are of shapes that broadcast
-    means : of each run
+    Arrays, of the passes of each run and of its mean, are of shapes that broadcast.
     """
     total = np.zeros_like(means[0])
     for count, mean in zip(counts[1:], means[1:], strict=True):
@@ -46,13 +43,10 @@ def pool_means(counts: Sequence[Array], means: Sequence[Array]) -> Array:
 def pool_comoments(
     counts: Sequence[Array], x: Sequence[Array], y: Sequence[Array], own: Sequence[Array]
 ) -> Array:
-    """Return the co-moment over all passes of several runs.
+    """Return the co-moment over all passes of several runs, of counts as for `pool_means`.
 
-    Parameters
-    ----------
-    counts : passes of each run
-    x, y : the means of both quantities in each run; twice the same for spreads
-    own : the co-moment within each run
+    x and y are the means of both quantities in each run, twice the same for spreads; `own` is the
+    co-moment within it.
     """
     mean_x, mean_y = pool_means(counts, x), pool_means(counts, y)
     total = np.zeros_like(mean_x)
@@ -62,12 +56,9 @@ def pool_comoments(
 
 
 def pool_errors(counts: Sequence[Array], means: Sequence[Array], errors: Sequence[Array]) -> Array:
-    """Return the standard error of the mean over all passes of several runs.
+    """Return the standard error of the mean over all passes of several runs, from that of each.
 
-    Parameters
-    ----------
-    counts, means : as for `pool_means`
-    errors : standard errors of the means; what they are does not matter where a run has one pass
+    What the error is does not matter where a run has one pass.
     """
     spreads = [spread_of(error, count) for error, count in zip(errors, counts, strict=True)]
     return error_of(pool_comoments(counts, means, means, spreads), sum_counts(counts))

@@ -44,11 +44,7 @@ def valid_pixels(coverage: NDArray[Any], emission: NDArray[Any], unresolved: Mas
     """Return whether surfaces cover a pixel wholly, none of them emits, and it is resolved.
 
     The one definition of valid pixels; `photonmap.kernels.film.moments.is_valid` is its kernel.
-
-    Parameters
-    ----------
-    coverage : (...) fraction of each pixel that shows a surface
-    emission : (..., N), in any unit
-    unresolved : (...) no photon was found for indirect light, although some were stored
+    Emission is (..., N), in any unit; a pixel is unresolved if no photon was found for indirect
+    light, although some were stored.
     """
     return (coverage == 1.0) & ~emission.any(axis=-1) & ~unresolved

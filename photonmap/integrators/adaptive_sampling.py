@@ -39,14 +39,7 @@ WORTH = 1.2
 
 
 class AdaptiveSampling:
-    """Learns from the first passes where samples are needed.
-
-    Parameters
-    ----------
-    film : the image
-    columns : what passes carry
-    storage : where the arrays lie
-    """
+    """Learns from the first passes where samples are needed."""
 
     def __init__(self, film: Film, columns: SpectralColumns, storage: Storage = RAM) -> None:
         pixels = film.width * film.height
@@ -68,10 +61,7 @@ class AdaptiveSampling:
                 self.sample_scales[half] = self._decide(self.moments[1 - half], plan)
 
     def _radiance(self, estimate: Estimate, part: slice) -> NDArray[np.float32]:
-        """Return what more samples make less noisy of some pixels: all but emission and caustics.
-
-        The mean over bands.
-        """
+        """Return the means over bands of what more samples improve: no emission and no caustics."""
         pixels, via = estimate.pixels, estimate.via_specular
         light = pixels.direct[part] + pixels.indirect[part]
         if via is not None:

@@ -42,12 +42,7 @@ _INTEGRATORS = METHODS | {
 
 
 def choose_integrator(method: str, unbiased: bool) -> str:
-    """Return the name of the integrator of a method.
-
-    Raises
-    ------
-    InputError : the method has no bias to be without
-    """
+    """Return the name of a method's integrator; `InputError` if it has no bias to be without."""
     if unbiased and method != "photon":
         raise InputError(f"unbiased: method {method} has no bias; leave one of the two out")
     return _UNBIASED if unbiased else method
@@ -56,9 +51,7 @@ def choose_integrator(method: str, unbiased: bool) -> str:
 def check_unbiased(unbiased: bool, in_scene: bool, simulated: bool) -> None:
     """Refuse to render without bias where specular surfaces are in the scene, or simulated anyhow.
 
-    Raises
-    ------
-    InputError : that is asked for
+    That is an `InputError`.
     """
     if unbiased and in_scene:
         raise InputError(

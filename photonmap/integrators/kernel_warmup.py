@@ -114,10 +114,7 @@ def _compile_other_kernels(small: Scene, bands: Bands, workers: Workers, method:
 
 @contextmanager
 def _aside(small: Scene, bands: Bands, method: str) -> Iterator[None]:
-    """Compile in a process of its own what `_compile_other_kernels` does; wait for it at the end.
-
-    What it fails to do is done afterwards in this process.
-    """
+    """Do `_compile_other_kernels` in another process; what fails there is done again afterwards."""
     code = (
         "import sys; sys.path[:] = %r;"
         "import photonmap.integrators.kernel_warmup as warmup; warmup.serve()"

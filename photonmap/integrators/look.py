@@ -26,14 +26,8 @@ from photonmap.spectra.bands import Bands
 class Onlooker:
     """Looks at a scene with any camera; what is to be said of the scene, its render says.
 
-    Parameters
-    ----------
-    scene : to look at
-    threads : None for one a processor
-
-    Raises
-    ------
-    InputError : the scene cannot be rendered
+    A scene that cannot be rendered is an `InputError`. None stands for as many threads as
+    processors.
     """
 
     def __init__(self, scene: Scene, threads: int | None = None) -> None:
@@ -45,13 +39,7 @@ class Onlooker:
     def see(
         self, camera: Camera, size: tuple[int, int], kept: Container[str] = DEFAULT
     ) -> dict[str, NDArray[Any]]:
-        """Return the buffers at the pixels' centres, (H, W) or (H, W, 3), as a render has them.
-
-        Parameters
-        ----------
-        size : width and height, pixels
-        kept : names of the buffers
-        """
+        """Return kept buffers at the pixels' centres, (H, W) or (H, W, 3), as a render has them."""
         compiled = replace(self._compiled, camera=camera)
         with Workers(self._threads) as workers:
             rows = first_hit_buffers(compiled, Film(*size, False), workers, kept)
@@ -62,13 +50,7 @@ Floats = NDArray[np.float64]
 
 
 class RayCaster:
-    """Casts rays among triangles.
-
-    Parameters
-    ----------
-    vertices : (V, 3), metres
-    triangles : (T, 3) rows of vertices
-    """
+    """Casts rays among triangles, (T, 3) rows of vertices, (V, 3) metres."""
 
     def __init__(self, vertices: ArrayLike, triangles: ArrayLike) -> None:
         self._scene = EmbreeScene(
@@ -76,15 +58,9 @@ class RayCaster:
         )
 
     def first_hits(self, origins: Floats, directions: Floats) -> tuple[NDArray[np.int64], Floats]:
-        """Return the triangle that each ray hits first, and the distance to it.
+        """Return the triangle that each ray (P, 3) hits first, and the distance to it, (P,) both.
 
-        Parameters
-        ----------
-        origins, directions : (P, 3)
-
-        Returns
-        -------
-        (P,) rows of triangles, -1 where there is none; (P,) distances, in lengths of the directions
+        A triangle is -1 where there is none; distances are in lengths of the directions.
         """
         triangles, distances = np.empty(len(origins), np.int64), np.empty(len(origins))
         first_hits(self._scene.address, origins, directions, triangles, distances)
@@ -93,10 +69,8 @@ class RayCaster:
     def is_clear(self, starts: Floats, ends: Floats) -> NDArray[np.bool_]:
         """Return whether nothing lies between points, (P, M), except close to the ends.
 
-        Parameters
-        ----------
-        starts : (P, 3), off any surface
-        ends : (M, 3), perhaps on a surface: the last thousandth of the way does not count
+        Starts, (P, 3), lie off any surface. Ends, (M, 3), may lie on one: the last thousandth of
+        the way does not count.
         """
         clear = np.empty((len(starts), len(ends)), np.bool_)
         find_clear(self._scene.address, starts, ends, clear)

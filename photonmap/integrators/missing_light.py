@@ -39,14 +39,11 @@ _OR_CAMERA = "; or the camera is inside or behind an object"
 def find_hidden_lights(compiled: CompiledScene, view: View, key: np.uint64) -> list[str]:
     """Return the names of the lights that seem to send nothing into the view; warn of them.
 
-    They are not seen, and none of their probing paths reaches what is.
-    Every light sends up to 256 paths of up to 8 bounces; each of their vertices is joined to 64
-    points in view until one connection is free. A light that lights the view costs a few rays.
-    Where there are smooth surfaces nothing is said: light may come by them, and be seen in them.
-
-    Parameters
-    ----------
-    key : of the random streams of the probing paths
+    They are not seen, and none of their probing paths reaches what is. Every light sends up to 256
+    paths of up to 8 bounces; each of their vertices is joined to 64 points in view until one
+    connection is free. A light that lights the view costs a few rays. Where there are smooth
+    surfaces nothing is said: light may come by them, and be seen in them. The key is that of the
+    random streams of the paths.
     """
     if compiled.specular is not None:
         return []
@@ -125,10 +122,7 @@ def _only(lights: Lights, members: np.ndarray) -> Lights:
 def warn_of_empty_image(moments: Accumulator, expects_light: bool) -> None:
     """Warn where the camera sees nothing, or only surfaces to which no light comes.
 
-    Parameters
-    ----------
-    moments : of a whole render
-    expects_light : whether direct light is simulated, and a light seems to reach the view
+    Light is expected if direct light is simulated, and a light seems to reach the view.
     """
     if moments.shows_nothing():
         warn("the camera sees nothing; check its origin and target, or give no camera")
@@ -141,12 +135,7 @@ def warn_of_empty_image(moments: Accumulator, expects_light: bool) -> None:
 
 
 def warn_of_few_photons(unresolved: NDArray[np.bool_]) -> None:
-    """Warn where photons say nothing about indirect light.
-
-    Parameters
-    ----------
-    unresolved : (P,) pixels in which gather rays found no photon, although some were stored
-    """
+    """Warn where photons say nothing about indirect light: in most pixels, (P,), are unresolved."""
     if unresolved.mean() > MANY:
         warn(
             f"no photon was found for the indirect light of {unresolved.sum()} pixels "

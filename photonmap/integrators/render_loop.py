@@ -24,21 +24,12 @@ from photonmap.runtime.progress import Progress
 
 
 class RenderLoop:
-    """Takes passes into moments.
+    """Takes passes of an integrator into moments until a budget is spent.
 
-    Parameters
-    ----------
-    integrator, moments : from which passes come, and into which they are taken
-    budget : when to stop
-    probe : estimates the bias on the way
-    adaptive : learns where to sample; None to sample evenly
-    pass_samples : fraction of the usual samples in a pass; None to choose it by the goal
-    checkpoint : where to save the state; None for nowhere
-    resume : resume from the checkpoint's file
-
-    Raises
-    ------
-    InputError : the checkpoint cannot be resumed
+    The probe estimates the bias on the way. Without `adaptive`, samples are even; `pass_samples` is
+    the fraction of the usual ones in a pass, None to choose it by the goal. The state is saved to
+    the checkpoint, if there is one, from whose file a run is resumed on request; one that cannot be
+    is an `InputError`.
     """
 
     def __init__(
@@ -164,10 +155,8 @@ class RenderLoop:
     def run(self, progress: Progress) -> None:
         """Take passes until the budget is spent, or until Ctrl-C, and save the last state.
 
-        Raises
-        ------
-        KeyboardInterrupt : before the first pass was complete; or a second one, while arrays
-            are half-changed
+        It raises `KeyboardInterrupt` before the first pass was complete; or at a second one, while
+        arrays are half-changed.
         """
         self._start = time.perf_counter()
         try:

@@ -178,10 +178,7 @@ def _textured_materials(scene: SceneArrays) -> NDArray[np.uint8]:
 
 
 def _neighbours(values: NDArray, film: Film, span: Span) -> NDArray:
-    """Return the values of the pixels of a span of lines and of their eight neighbours, (9, L).
-
-    The image's edges are doubled.
-    """
+    """Return the values of a span of lines and of all eight neighbours, (9, L), edges doubled."""
     lines = np.clip(np.arange(span.first - 1, span.last + 1), 0, film.height - 1)
     image = values.reshape(film.height, film.width)[lines]
     padded = np.pad(image, ((0, 0), (1, 1)), mode="edge")

@@ -34,10 +34,8 @@ class Coat(NamedTuple):
     def over(self, base: Array, light: Array) -> tuple[Array, Array]:
         """Return what the coat reflects, and by what it multiplies what the base does.
 
-        Parameters
-        ----------
-        base : (R, N) albedo of all of the base, for light of some distribution
-        light : (R, 1) what the coat itself reflects of it
+        The base has an albedo, (R, N), for light of some distribution, of which the coat itself
+        reflects `light`, (R, 1).
         """
         through = (1.0 - light) ** 2 / (1.0 - light * base)
         return self.weight * light, 1.0 - self.weight + self.weight * through

@@ -18,15 +18,10 @@ Images = dict[str, NDArray[Any]]
 
 
 def as_images(images: Mapping[str, Any], kind: str) -> Images:
-    """Return images by name, lists among them as arrays.
+    """Return images by name, lists among them as arrays; messages call one of them by its kind.
 
-    Parameters
-    ----------
-    kind : what messages call one of them
-
-    Raises
-    ------
-    InputError : they go by no names, or one is not numbers of shape (H, W) or (H, W, N)
+    An `InputError` says that they go by no names, or one is not numbers of shape (H, W) or (H, W,
+    N).
     """
     if not isinstance(images, Mapping):
         raise InputError(f"{kind}s {shown(images)} go by no names; give arrays in a dictionary")
@@ -72,12 +67,7 @@ def check_shapes(buffers: Images, errors: Images, block_errors: Images, bands: B
 
 
 def as_record(value: Any) -> Any:
-    """Return a record with the numbers and arrays of NumPy as Python's.
-
-    Raises
-    ------
-    InputError : JSON cannot hold it
-    """
+    """Return a record in plain Python types; what JSON cannot hold is an `InputError`."""
     if value is None or type(value) in (str, int, float, bool):
         return value
     if isinstance(value, np.generic | np.ndarray):

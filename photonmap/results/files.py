@@ -106,17 +106,10 @@ def _check_format(path: Path) -> None:
 
 
 def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None) -> Path:
-    """Check before a render that FILE.exr, FILE.png and FILE.json can be written.
+    """Check before a render that FILE.exr, or its like, FILE.png and FILE.json can be written.
 
-    Parameters
-    ----------
-    path : FILE.exr, or a file of another of the formats
-    buffers : names of those to be written; None for all
-
-    Raises
-    ------
-    InputError : there is no such format, it needs a package that is missing, the folder is not
-        writable, or there is no such buffer
+    An `InputError` says that there is no such format, it needs a package that is missing, the
+    folder is not writable, or that there is no buffer of a name; None stands for all.
     """
     check_buffers(buffers)
     path = Path(path)
@@ -136,23 +129,10 @@ def save_all(
 ) -> None:
     """Write FILE.exr, FILE.png and FILE.json; none of them appears before all are complete.
 
-    The suffix chooses the format, as `photonmap.results.files` lists them. The folder is made if
-    it is missing.
-
-    The JSON is the record, with the exposure of the PNG and the seconds that writing the images
-    took.
-
-    Parameters
-    ----------
-    contents : what to write to the image, and the record
-    path : FILE.exr, or a file of another format
-    to_rgb : projects radiance for the OpenEXR's viewers
-    preview : makes the PNG; None for none
-
-    Raises
-    ------
-    InputError : such files cannot be written to `path`
-    OSError : writing fails
+    The suffix chooses the format, as `photonmap.results.files` lists them. The folder is made if it
+    is missing. The JSON is the record, with the exposure of the PNG and the seconds that writing
+    the images took. `to_rgb` projects radiance for the OpenEXR's viewers; `preview` makes the PNG,
+    None for none. What cannot be written there is an `InputError`; writing may raise `OSError`.
     """
     path = check_output(path)
     record, start = contents.record, time.perf_counter()

@@ -182,12 +182,7 @@ class About(NamedTuple):
 
 
 def describe_array(name: str, image: NDArray[Any]) -> About:
-    """Return what an array is, by its name in files: "direct", "direct.error", "indirect.error8".
-
-    Parameters
-    ----------
-    image : (H, W) or (H, W, N)
-    """
+    """Return what an array, (H, W) or (H, W, N), is by its name in files, as in "direct.error8"."""
     of, block = "", ""
     buffer = name
     for ending, (meaning, prefix) in _ENDINGS.items():

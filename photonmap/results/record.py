@@ -57,12 +57,8 @@ def describe_seconds(
 ) -> dict[str, float]:
     """Return the seconds of each stage; those of rendering include earlier runs.
 
-    Parameters
-    ----------
-    seconds : of loading, compiling and rendering
-    earlier : of rendering in earlier runs
-    photons : of tracing photons
-    saving : of checkpoints; None without them
+    Given are those of loading, compiling and rendering, of rendering earlier, of tracing photons,
+    and of saving checkpoints, None without them.
     """
     rendering = earlier + seconds["render"]
     return {

@@ -115,10 +115,7 @@ def _sums(result: Labels, rest: Arrays, parts: Arrays, groups: list[str]) -> Arr
 
 
 def _known_errors(result: Labels, factors: Gains) -> Arrays:
-    """Return the errors of whole buffers that are known: where one group alone is lit.
-
-    Groups share samples. How their errors correlate is not known, so that of any other sum is not.
-    """
+    """Return the errors of whole buffers where one group is lit: groups share samples."""
     lit = [group for group, factor in factors.items() if factor.any()]
     if len(lit) != 1:
         return {}
@@ -157,13 +154,9 @@ Array = NDArray[Any]
 
 
 def shares_of(shadings: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the shares of lights, (H, W) float32 each, of the means over bands.
+    """Return the shares of lights, (H, W) float32, of the means over bands of shadings (H, W, N).
 
     They add up to 1, and are 0 where no light arrives.
-
-    Parameters
-    ----------
-    shadings : (H, W, N) by light group
     """
     parts = {light: image.mean(axis=-1, dtype=np.float64) for light, image in shadings.items()}
     whole = np.sum([*parts.values()], axis=0)
@@ -178,10 +171,7 @@ def share_errors(result: Plots, lights: Sequence[str]) -> dict[str, Array]:
     samples, and choose light samples among each other. It follows from the errors of the lights and
     of their sum, with one correlation for all pairs of lights in a pixel; this is exact for two
     lights. Errors of bands add up as if they were fully correlated, which is the most they can do.
-
-    Raises
-    ------
-    InputError : the result has no errors of light groups, as in lean files
+    A result without errors of light groups, as in lean files, is an `InputError`.
     """
     names = {light: group_name("shading", light) for light in lights}
     if missing := [name for name in names.values() if name not in result.errors]:
@@ -201,13 +191,7 @@ def share_errors(result: Plots, lights: Sequence[str]) -> dict[str, Array]:
 
 
 def _covariances(errors: Array, of_whole: Array) -> Array:
-    """Return the covariances of lights with their sum, (lights, H, W, N).
-
-    Parameters
-    ----------
-    errors : standard errors of the lights, (lights, H, W, N)
-    of_whole : of their sum, (H, W, N)
-    """
+    """Return the covariances (lights, H, W, N) of lights with their sum, by all standard errors."""
     others = errors.sum(axis=0) - errors
     pairs = (errors * others).sum(axis=0)
     correlation = np.clip(_ratio(of_whole**2 - (errors**2).sum(axis=0), pairs), -1.0, 1.0)

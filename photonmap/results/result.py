@@ -80,12 +80,7 @@ class Result(Plots):
         return encode_png(self.preview()) if "radiance" in self.buffers else None
 
     def _buffer(self, name: str) -> NDArray[Any]:
-        """Return a buffer; zeros for one that a render left out as it is 0 everywhere.
-
-        Raises
-        ------
-        AttributeError : it was not kept
-        """
+        """Return a buffer; zeros if left out as 0 everywhere; `AttributeError` if not kept."""
         if name in self.buffers:
             return self.buffers[name]
         kept = self.record.get("arguments", {}).get("buffers")
@@ -354,12 +349,7 @@ for _name in BUFFERS:
 
 
 def check_result(result: object) -> Result:
-    """Return a result.
-
-    Raises
-    ------
-    InputError : it is something else
-    """
+    """Return a result; anything else is an `InputError`."""
     if isinstance(result, Result):
         return result
     is_file = isinstance(result, str | PathLike)

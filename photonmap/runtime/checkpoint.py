@@ -38,10 +38,8 @@ Arrays = dict[str, NDArray[Any]]
 def check_checkpoint(path: str | PathLike[str]) -> Path:
     """Check before a render that a checkpoint can be written; return its path.
 
-    Raises
-    ------
-    InputError : it is no name of a file, a folder, in a folder that is not writable, or another
-        kind of file
+    An `InputError` says that it is no name of a file, a folder, in a folder that is not writable,
+    or another kind of file.
     """
     if not isinstance(path, str | PathLike):
         raise InputError(f"checkpoint {shown(path)} is not the name of a file")
@@ -61,13 +59,7 @@ def check_checkpoint(path: str | PathLike[str]) -> Path:
 
 
 class Checkpoint:
-    """Saves the state of a render from time to time, and brings it back.
-
-    Parameters
-    ----------
-    path : the file
-    fingerprint : of the render, see `photonmap.runtime.fingerprint`
-    """
+    """Saves the state of a render, known by its fingerprint, from time to time; brings it back."""
 
     def __init__(self, path: Path, fingerprint: dict[str, Any]) -> None:
         self.path, self._fingerprint = path, fingerprint
@@ -79,9 +71,7 @@ class Checkpoint:
     def load(self, arrays: Arrays) -> dict[str, Any]:
         """Fill arrays with those of the file; return the rest of the state.
 
-        Raises
-        ------
-        InputError : the file is damaged or of a different render
+        A file that is damaged or of a different render is an `InputError`.
         """
         try:
             with self.path.open("rb") as file:
@@ -108,10 +98,7 @@ class Checkpoint:
     def save(self, arrays: Arrays, state: dict[str, Any]) -> None:
         """Save unless these passes were; the first failure is a warning with the reason.
 
-        Parameters
-        ----------
-        arrays : by name
-        state : JSON-able; `passes` is their number
+        The state is JSON-able; its `passes` are their number.
         """
         if self._saved == state["passes"]:
             return

@@ -21,9 +21,7 @@ _ROOT: ContextVar[Path | None] = ContextVar("root", default=None)
 def reading_below(root: str | PathLike[str] | None, scene: Path) -> Iterator[None]:
     """Have `named_file` refuse what lies outside of a folder; None for that of the scene.
 
-    Raises
-    ------
-    InputError : the folder does not exist
+    A folder that does not exist is an `InputError`.
     """
     folder = scene.parent if root is None else Path(root)
     if root is not None and not folder.is_dir():
@@ -43,9 +41,7 @@ def allowed_folder(scene: Path) -> Path:
 def named_file(folder: Path, name: str) -> Path:
     """Return the path of a file that is named relative to a folder.
 
-    Raises
-    ------
-    InputError : it lies outside of the folder of `reading_below`, by `..` or an absolute path
+    Outside of the folder of `reading_below`, by `..` or an absolute path, it is an `InputError`.
     """
     path, root = folder / name, _ROOT.get()
     if root is not None and not is_below(path, root):
@@ -57,11 +53,7 @@ def named_image(folder: Path, name: str) -> Path:
     """Return the path of an image that is named relative to a folder, perhaps as on Windows.
 
     Of an absolute name, which is that of another machine more often than not, a file of its last
-    part in the folder is taken, with a warning.
-
-    Raises
-    ------
-    InputError : as `named_file`
+    part in the folder is taken, with a warning. Refused is what `named_file` refuses.
     """
     windows, root = PureWindowsPath(name), _ROOT.get()
     beside, named = folder / windows.name, folder / name
@@ -94,12 +86,7 @@ FULL = ("No space left", "MB are free there", "quota exceeded")
 
 
 def check_writable(folder: Path, wanted: Path) -> None:
-    """Check that a folder can be written to, or made; the error names the wanted file.
-
-    Raises
-    ------
-    InputError : it cannot
-    """
+    """Check that a folder can be written to, or made; `InputError` names the wanted file if not."""
     nearest = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     try:
         with tempfile.TemporaryFile(dir=nearest):  # permissions alone do not suffice
@@ -111,15 +98,9 @@ def check_writable(folder: Path, wanted: Path) -> None:
 
 
 def check_output_folder(path: str | PathLike[str], contents: str) -> Path:
-    """Check that a folder can be written to, or made; return its path.
+    """Return the path of a folder that can be written to, or made; any other is an `InputError`.
 
-    Parameters
-    ----------
-    contents : what the folder is for, as in "the data set"
-
-    Raises
-    ------
-    InputError : it is a file, or it cannot be written to
+    `contents` are what it is for, as in "the data set".
     """
     folder = Path(path)
     if folder.exists() and not folder.is_dir():

@@ -18,11 +18,8 @@ def difference(
 ) -> str:
     """Say in which entries two fingerprints differ, "seed 0 there, 1 here"; "" if in none.
 
-    Hashes are named only where no argument explains why they differ.
-
-    Parameters
-    ----------
-    owners : what the two are called
+    Hashes are named only where no argument explains why they differ. Owners are what the two are
+    called.
     """
     names = [name for name in {**here, **there} if there.get(name) != here.get(name)]
     arguments = [name for name in names if name not in DIGESTS]

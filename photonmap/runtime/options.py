@@ -58,12 +58,7 @@ class Option:
         return ("--no-" if self.default is True else "--") + self.name.replace("_", "-")
 
     def checked(self, value: Any) -> Any:
-        """Return a value in the form in which a render uses it.
-
-        Raises
-        ------
-        InputError : it is not permitted
-        """
+        """Return a value in the form in which a render uses it; others are an `InputError`."""
         if value is None and self.default is None:
             return None
         if isinstance(self.default, bool):
@@ -97,12 +92,7 @@ def list_options(options: Any) -> dict[str, Option]:
 
 
 def read_size(text: str) -> tuple[int, int]:
-    """Read "640x480", or "512" for a square.
-
-    Raises
-    ------
-    InputError : another form
-    """
+    """Read "640x480", or "512" for a square; another form is an `InputError`."""
     width, cross, height = text.lower().partition("x")
     height = height if cross else width
     if not (width.strip().isdecimal() and height.strip().isdecimal()):
@@ -111,12 +101,7 @@ def read_size(text: str) -> tuple[int, int]:
 
 
 def check_bytes(memory: float | str) -> float:
-    """Return a number of bytes, also of a text such as "4G".
-
-    Raises
-    ------
-    InputError : it is not above 0, or not finite
-    """
+    """Return a number of bytes, also of "4G" or the like; `InputError` unless finite, above 0."""
     count = read_memory(memory) if isinstance(memory, str) else memory
     if not isinstance(count, Real) or not 0.0 < count <= sys.float_info.max:
         raise InputError(f"memory {shown(memory)} must be a number of bytes above 0")
@@ -124,12 +109,9 @@ def check_bytes(memory: float | str) -> float:
 
 
 def check_size(size: tuple[int, int] | int) -> tuple[int, int]:
-    """Return (width, height) as integers.
+    """Return (width, height) as integers, of two numbers or of the side of a square.
 
-    Raises
-    ------
-    InputError : not two numbers, nor the side of a square; an image without pixels, or with too
-        many
+    Anything else, an image without pixels, or one with too many is an `InputError`.
     """
     sides = (size, size) if isinstance(size, Integral) else size
     if not isinstance(sides, Sequence) or len(sides) != 2:
@@ -143,12 +125,7 @@ def check_size(size: tuple[int, int] | int) -> tuple[int, int]:
 
 
 def read_memory(text: str) -> float:
-    """Read "4G" or "512M" into bytes; units are powers of 1024.
-
-    Raises
-    ------
-    InputError : another form
-    """
+    """Read "4G" or "512M" into bytes, units powers of 1024; another form is an `InputError`."""
     power = " KMGT".find(text[-1:].upper() or " ")
     try:
         return float(text[:-1] if power > 0 else text) * 1024 ** max(power, 0)
@@ -159,12 +136,7 @@ def read_memory(text: str) -> float:
 
 
 def read_list(names: str | Iterable[Any]) -> list[Any]:
-    """Return names in a list; of a text, such as "one, two", those between its commas.
-
-    Raises
-    ------
-    InputError : neither a text nor a list
-    """
+    """Return names in a list; of a text, those between its commas; `InputError` for others."""
     if isinstance(names, str):
         return [each.strip() for each in names.split(",")]
     if not isinstance(names, Iterable):
@@ -177,11 +149,9 @@ def taking_keywords_of(
 ) -> Callable[[Callable[[Subject, Options], R]], Callable[Concatenate[Subject, P], R]]:
     """Return a decorator by which a function takes each field of a dataclass as a keyword.
 
-    Parameters
-    ----------
-    options : the dataclass, which lists options. The decorated function has two parameters, and
-        the second is an instance of it; names, types and defaults of the fields take its place in
-        the signature, and their help texts the place of its line in the documentation.
+    The dataclass lists options. The decorated function has two parameters, and the second is an
+    instance of it; names, types and defaults of the fields take its place in the signature, and
+    their help texts the place of its line in the documentation.
     """
 
     def decorate(

@@ -119,14 +119,7 @@ class Bar:
 
 
 class Watching:
-    """Progress that shows the image too.
-
-    Parameters
-    ----------
-    progress : gets all calls that this one gets
-    watch : shows an image
-    snapshot : number of passes → the image so far
-    """
+    """Progress that passes all calls on, and shows the image so far, which `snapshot` makes."""
 
     def __init__(
         self, progress: Progress, watch: Callable[[Any], None], snapshot: Callable[[int], Any]
@@ -162,9 +155,7 @@ def choose_progress(quiet: bool) -> Progress:
 def check_progress(progress: Progress | bool) -> Progress:
     """Return what is notified: the object itself, or what is chosen for True and False.
 
-    Raises
-    ------
-    InputError : it has no methods to be notified by
+    One without methods to be notified by is an `InputError`.
     """
     if isinstance(progress, bool):
         return choose_progress(not progress)
@@ -175,12 +166,7 @@ def check_progress(progress: Progress | bool) -> Progress:
 
 
 def check_watch(watch: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Return what is called with images.
-
-    Raises
-    ------
-    InputError : it cannot be called
-    """
+    """Return what is called with images; what cannot be called is an `InputError`."""
     if not callable(watch):
         raise InputError(f"watch {shown(watch)} cannot be called; give a function of a Result")
     return watch

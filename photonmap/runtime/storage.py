@@ -36,12 +36,7 @@ class Storage:
     """in scratch files in the folder for temporary files (TMPDIR), in place of RAM"""
 
     def zeros(self, shape: int | tuple[int, ...], dtype: DTypeLike = np.float32) -> NDArray[Any]:
-        """Make an array of zeros.
-
-        Raises
-        ------
-        InputError : the disk has no room for it
-        """
+        """Make an array of zeros; without room for it on the disk, that is an `InputError`."""
         size = int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
         if not self.mapped or size == 0:
             return np.zeros(shape, dtype)
@@ -52,12 +47,7 @@ RAM = Storage()
 
 
 def scratch_folder() -> Path:
-    """Return where scratch files lie.
-
-    Raises
-    ------
-    InputError : no folder for temporary files can be written to
-    """
+    """Return where scratch files lie; `InputError` if no such folder can be written to."""
     try:
         return Path(tempfile.gettempdir())
     except OSError as error:
@@ -121,16 +111,10 @@ def free_memory() -> int:
 
 
 def check_memory(need: Need, limit: float | None = None) -> Storage:
-    """Return where the arrays of a render are to lie.
+    """Return where the arrays of a render, which needs so many bytes, are to lie.
 
-    Parameters
-    ----------
-    need : bytes that it is estimated to take
-    limit : bytes of RAM above which its arrays go to disk; None for any number
-
-    Raises
-    ------
-    InputError : it needs more RAM, or more space on disk, than is free
+    Above a limit of bytes of RAM they go to disk. More RAM, or more space on disk, than is free is
+    an `InputError`.
     """
     total, free = need.always + need.arrays, free_memory()
     if limit is None or total <= limit:

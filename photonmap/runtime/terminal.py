@@ -83,12 +83,7 @@ _NOBODY_READS = (errno.EPIPE, errno.EIO)
 
 
 class _Tolerant:
-    """A text stream that no write fails on: after the first error, what is written is dropped.
-
-    Parameters
-    ----------
-    stream : what it writes to; None for nowhere
-    """
+    """A text stream that no write fails on: after an error, what is written is dropped."""
 
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream or open(os.devnull, "w")  # noqa: PTH123, SIM115
@@ -128,9 +123,8 @@ def tolerant(stream: TextIO | None) -> TextIO:
 def tolerant_output() -> Iterator[None]:
     """Let writing to standard output and standard error never fail in this context.
 
-    Raises
-    ------
-    OSError : at its end, if standard output was lost though somebody reads it: the disk is full
+    It ends with an `OSError` if standard output was lost though somebody reads it: the disk is
+    full.
     """
     before = sys.stdout, sys.stderr
     out, err = _Tolerant(sys.stdout), _Tolerant(sys.stderr)

@@ -23,12 +23,7 @@ def default_threads() -> int:
 
 
 class Workers:
-    """A pool of threads for kernels that release the GIL.
-
-    Parameters
-    ----------
-    threads : how many; None takes every processor
-    """
+    """A pool of threads, as many as processors by default, for kernels that release the GIL."""
 
     def __init__(self, threads: int | None = None) -> None:
         self.threads = int(threads or default_threads())
@@ -65,18 +60,11 @@ class Workers:
             signal.signal(signal.SIGINT, before)
 
     def map(self, task: Callable[[int], Any], count: int, uninterrupted: bool = False) -> list[Any]:
-        """Return [task(0), …, task(count - 1)].
+        """Return [task(0), …, task(count - 1)], or raise `KeyboardInterrupt` on Ctrl-C.
 
-        On an error or Ctrl-C, tasks that have not begun are dropped and the ones under way are
-        waited for, so no kernel touches an array that the caller gives up.
-
-        Parameters
-        ----------
-        uninterrupted : leave a held Ctrl-C to the next call
-
-        Raises
-        ------
-        KeyboardInterrupt : Ctrl-C
+        On that or an error, tasks that have not begun are dropped and the ones under way are waited
+        for, so no kernel touches an array that the caller gives up. If uninterrupted, a held Ctrl-C
+        is left to the next call.
         """
         results: list[Any] = [None] * count
         left, dropped = iter(range(count)), threading.Event()

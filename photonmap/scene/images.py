@@ -48,9 +48,7 @@ SRGB_TABLE: NDArray[np.float32] = decode_srgb(np.arange(256) / 255).astype(np.fl
 class Image:
     """A texture in memory; bytes are decoded when they are looked up.
 
-    Raises
-    ------
-    InputError : there are no texels, or they are of another shape or type
+    Without texels, or with those of another shape or type, it is an `InputError`.
     """
 
     texels: NDArray[np.uint8] | NDArray[np.float32]

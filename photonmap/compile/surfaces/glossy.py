@@ -92,14 +92,10 @@ def append_stepped(
 def mean_albedo(
     f0: NDArray[np.floating], lobes: Floats, dip: NDArray[np.floating] | None = None
 ) -> Floats:
-    """Return what glossy surfaces reflect of light from all around, (M, N).
+    """Return what glossy surfaces of F₀ (M, N) reflect of light from all around, (M, N).
 
-    Parameters
-    ----------
-    f0 : (M, N) reflectances at normal incidence
-    lobes : (M, TERMS + 1), what the lobe reflects with the terms of `Scattering.albedos`, likewise,
-        and its `mean_rise`
-    dip : (M, 4, N) of metals, (M, 0, 0) for none
+    Lobes, (M, TERMS + 1), are what the lobe reflects with the terms of `Scattering.albedos`,
+    likewise, and its `mean_rise`; the dip is that of metals, (M, 4, N), or (M, 0, 0) for none.
     """
     single, grazing, rising = (lobes[:, term : term + 1] for term in (0, 1, TERMS))
     if dip is None or dip.size == 0:

@@ -88,15 +88,10 @@ class Truth:
 
 
 def load_truth(image: Image, space: str) -> Truth:
-    """Read the ground truth of an image of a data set.
+    """Read the ground truth of an image in one of `SPACES`.
 
-    Parameters
-    ----------
-    space : one of `SPACES`
-
-    Raises
-    ------
-    InputError : files are missing or damaged, no pixel is valid, or values are not finite
+    An `InputError` says that files are missing or damaged, no pixel is valid, or values are not
+    finite.
     """
     arrays: Any = image.srgb if space == "rgb" else image
     mask = np.asarray(image["valid"])
@@ -144,14 +139,8 @@ def in_direct_light(image: Image, truth: Truth, space: str) -> Truth:
     """Return the truth of the same view without indirect light; it has no standard errors.
 
     The shading is direct / reflectance. Pixels where a band reflects nothing are no longer valid.
-
-    Parameters
-    ----------
-    truth : of the image, as `load_truth` returns it for the space
-
-    Raises
-    ------
-    InputError : some light of the image is not reflected diffusely, or no pixel is left
+    The truth is that of `load_truth` for the space. An `InputError` says that some light of the
+    image is not reflected diffusely, or that no pixel is left.
     """
     found = image.result
     if found.residual[truth.mask].any():
@@ -194,12 +183,7 @@ class Shot:
 
 
 def open_finished(folder: Path) -> Dataset:
-    """Open a data set of which all images are there.
-
-    Raises
-    ------
-    InputError : the folder holds no data set, or images are missing
-    """
+    """Open a data set; if it is none, or images are missing, that is an `InputError`."""
     images = open_dataset(folder)
     there = {image.name for image in images}
     if missing := [name for name in images.head["images"] if name not in there]:
@@ -214,13 +198,7 @@ def open_finished(folder: Path) -> Dataset:
 
 
 def shots(images: Dataset, space: str, light: str = LIGHTS[0]) -> Iterator[Shot]:
-    """Yield the images, those of one view of a scene after each other.
-
-    Parameters
-    ----------
-    space : as `load_truth` takes it
-    light : one of `LIGHTS`
-    """
+    """Yield the images in a space and one of `LIGHTS`, those of one view of a scene in a row."""
     views: dict[Any, list[Image]] = {}
     for image in images:
         job = image.entry["job"]

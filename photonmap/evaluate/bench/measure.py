@@ -112,12 +112,7 @@ def figure(name: str) -> Statistic:
 
 
 def choose_metrics(names: str | Sequence[str] | None, space: str) -> list[Metric]:
-    """Return metrics by name, or all that are defined in a space.
-
-    Raises
-    ------
-    InputError : there is no such metric, or it is not defined in bands
-    """
+    """Return metrics by name, or all that are defined in a space; `InputError` for any other."""
     if names is None:
         return [metric for metric in _ROWS if space == "rgb" or not metric.needs_rgb]
     names = read_list(names)
@@ -147,10 +142,8 @@ class Measured:
 def checked(estimate: Estimate, truth: Truth) -> dict[str, Floats]:
     """Return the layers of an estimate by name, scaled to the truth by least squares.
 
-    Raises
-    ------
-    InputError : it has no layer, or one of another size, with values that are not finite, or with
-        negative ones on the whole, which a factor below 0 would turn round
+    An `InputError` says that it has no layer, or one of another size, with values that are not
+    finite, or with negative ones on the whole, which a factor below 0 would turn round.
     """
     if not isinstance(estimate, Estimate):
         raise InputError(

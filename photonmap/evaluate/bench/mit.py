@@ -31,16 +31,7 @@ def is_mit(folder: Path) -> bool:
 
 
 class MitSet:
-    """The objects of a folder.
-
-    Parameters
-    ----------
-    folder : with a folder for each object
-
-    Raises
-    ------
-    InputError : there is no object, or one lacks a file
-    """
+    """The objects of a folder; `InputError` if there is none, or one lacks a file."""
 
     def __init__(self, folder: Path) -> None:
         found = sorted(path.parent for path in folder.glob(f"*/{_NEEDED[0]}"))

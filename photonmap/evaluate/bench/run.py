@@ -36,9 +36,7 @@ from photonmap.runtime.wording import suggest
 def one_thread() -> AbstractContextManager[Any]:
     """Return a context in which NumPy's and SciPy's linear algebra runs in one thread.
 
-    Raises
-    ------
-    InputError : without threadpoolctl, which limits them
+    Without threadpoolctl, which limits them, it raises `InputError`.
     """
     try:
         from threadpoolctl import threadpool_limits
@@ -64,13 +62,8 @@ def tune(
 
     For a scene, those are chosen that have the least mean LMSE of reflectance and shading over the
     images of all other scenes. Images on which a method fails with any setting do not count. Where
-    there is one scene only, or a method has no grid, these are its defaults.
-
-    Parameters
-    ----------
-    names : of the scenes
-    shots : returns the images of the data set
-    log : called with a line for each image
+    there is one scene only, or a method has no grid, these are its defaults. `names` are those of
+    the scenes; `shots` returns the images of the data set; `log` is called with a line for each.
     """
     chosen = {method.name: dict.fromkeys(names, method.defaults) for method in methods}
     tuned = [method for method in methods if method.grid]

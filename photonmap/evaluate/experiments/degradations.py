@@ -76,12 +76,9 @@ _COLUMNS = (*DEGRADATIONS, COMBINED)
 
 
 class OrderTest:
-    """Counts how often metrics order degradations rightly.
+    """Counts how often metrics of decompositions order degradations rightly.
 
-    Parameters
-    ----------
-    metrics : of decompositions
-    watch : called with estimates of a truth that are known to get worse, in this order
+    `watch` is called with estimates of a truth that are known to get worse, in this order.
     """
 
     def __init__(

@@ -28,11 +28,8 @@ _HEADS = (
 def cost_table(everything: Evaluation, direct: Evaluation, banded: Evaluation) -> Table | None:
     """Return by how much conditions change the LMSE of methods, mean of reflectance and shading.
 
-    Parameters
-    ----------
-    everything : of all light, in RGB, with draws of the truth's noise if that is to be shown
-    direct : of the same images without indirect light
-    banded : of the same images in their bands
+    The first evaluation is of all light, in RGB, with draws of the truth's noise if that is to be
+    shown; the others are of the same images without indirect light, and in their bands.
     """
     rows: list[tuple[str, Sequence[Cell]]] = []
     for method in everything.methods:
@@ -130,11 +127,8 @@ def scenes_needed(differences: Floats) -> float:
     """Return for how many scenes a difference of two methods would be found, 4 times out of 5.
 
     n = ((z_{1−α/2} + z_{power}) σ / |μ|)², the normal approximation for a paired two-sided test at
-    α = 5%, with mean μ and standard deviation σ of the differences; infinite if they have mean 0.
-
-    Parameters
-    ----------
-    differences : (S,) of the mean scores of each scene
+    α = 5%, with mean μ and standard deviation σ of the differences of mean scores, (S,); infinite
+    if they have mean 0.
     """
     from scipy.stats import norm
 

@@ -26,16 +26,10 @@ def run_experiments(
 ) -> list[Table]:
     """Return the tables of all experiments that the data set and the methods allow.
 
-    Parameters
-    ----------
-    evaluation : of the data set in RGB and all light, by `METRIC` and at least `methods`
-    methods : their names, or `Method`s; those of `evaluation`, or fewer to save time
-    disagreements : are given those of LMSE with a known order
-    log : called with a line for each image
-
-    Raises
-    ------
-    InputError : an image has light that is not reflected diffusely, or as `evaluate_dataset` says
+    The evaluation is of the data set in RGB and all light, by `METRIC` and at least the methods,
+    which may be fewer to save time; `disagreements` are given those of LMSE with a known order;
+    `log` is called with a line for each image. An `InputError` says that an image has light that is
+    not reflected diffusely, or what `evaluate_dataset` says.
     """
     tables: list[Table | None] = []
     scored = {m.name for m in evaluation.methods if Column(METRIC, REFLECTANCE) in m.columns}

@@ -45,12 +45,7 @@ _Codes = NDArray[np.uint64]
 
 
 class GaussianKernel:
-    """The matrix k_ij = exp(−|f_i − f_j|² / 2), up to a factor, scaled to D^−½ k D^−½.
-
-    Parameters
-    ----------
-    features : (P, d) f
-    """
+    """The matrix k_ij = exp(−|f_i − f_j|² / 2) for f (P, d), up to a factor, as D^−½ k D^−½."""
 
     def __init__(self, features: Floats) -> None:
         from scipy.sparse import csr_array
@@ -152,11 +147,8 @@ def connected_regions(labels: _Labels) -> _Labels:
 def matched_intensities(log_image: Floats, regions: _Labels, start: Floats) -> Floats:
     """Return log intensities of regions that lower Σ |log s_i − log s_j| across their borders.
 
-    Parameters
-    ----------
-    log_image : (H, W)
-    regions : (H, W) numbers of regions, negative where there is none
-    start : (R,) log intensities; the median over pixels stays that of these
+    The log image is (H, W), and so are the numbers of regions, negative where there is none; the
+    median over pixels stays that of the log intensities (R,) to start from.
     """
     from scipy.sparse import coo_array, diags_array
     from scipy.sparse.linalg import spsolve
@@ -265,10 +257,8 @@ def _distances(reflectances: _Reflectances) -> Floats:
 def _likely_labels(costs: Floats, distances: Floats, kernel: GaussianKernel) -> _Labels:
     """Return the labels (P,) that mean field finds most likely.
 
-    Parameters
-    ----------
-    costs : (P, L) of each label, without pairs
-    distances : (L, L) costs of pairs of labels, times the kernel
+    Costs (P, L) are those of each label, without pairs; distances (L, L) those of pairs of labels,
+    times the kernel.
     """
     from scipy.special import softmax
 

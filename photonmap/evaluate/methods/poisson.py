@@ -36,17 +36,9 @@ def steps_of(down: Floats, right: Floats, mask: Mask) -> Floats:
 def integrate(down: Floats, right: Floats, mask: Mask) -> Floats:
     """Return the image that minimises the squared residuals of its differences within a mask.
 
-    It is determined up to a constant for each connected part of the mask, of 4-neighbours; the mean
-    of each part is 0.
-
-    Parameters
-    ----------
-    down, right : as `differences` returns them
-    mask : (H, W) bool, of the pixels that are solved for
-
-    Returns
-    -------
-    (H, W) float64, 0 outside of the mask
+    Differences are as `differences` returns them. The image, (H, W) float64, is determined up to a
+    constant for each connected part of the mask, of 4-neighbours; the mean of each part is 0, and
+    so is all outside of the mask.
     """
     system = _system(mask.tobytes(), mask.shape)
     values = system.factors.solve(system.incidence.T @ steps_of(down, right, mask))

@@ -50,11 +50,7 @@ def color_retinex(view: View, grey: float, color: float) -> Estimate:
 def edge_steps(image: Floats, log_grey: Floats, grey: float, color: float) -> list[Floats]:
     """Return the differences of log grey values downwards and to the right, 0 but at edges.
 
-    Parameters
-    ----------
-    image : (H, W, C), of which the differences exceed thresholds at edges
-    log_grey : (H, W)
-    grey, color : T^br and T^chr
+    There, the differences of the image (H, W, C) exceed T^br or T^chr; log grey values are (H, W).
     """
     steps = []
     bands = differences(np.log(np.maximum(image, FLOOR)))
@@ -67,12 +63,7 @@ def edge_steps(image: Floats, log_grey: Floats, grey: float, color: float) -> li
 
 
 def weiss(view: View) -> Estimate:
-    """Return the decomposition of one image of a sequence.
-
-    Raises
-    ------
-    InputError : the scene was rendered in one light only
-    """
+    """Return the decomposition of one image of a sequence; of a single one, an `InputError`."""
     if len(view.relit) < LEAST_LIGHTS:
         raise InputError("weiss needs the view in two or more lights; there is one")
     filtered = [differences(np.log(np.maximum(to_grey(image), FLOOR))) for image in view.relit]

@@ -151,12 +151,7 @@ _TOUCHING = np.ones((3, 3, 3), bool)
 
 
 def ridge_numbers(colors: Floats) -> NDArray[np.int64]:
-    """Return the number of the ridge that each colour belongs to; 0 for all if there is none.
-
-    Parameters
-    ----------
-    colors : (P, 3) linear RGB, above 0
-    """
+    """Return the ridge of each linear RGB colour (P, 3) above 0; 0 for all if there is none."""
     from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
     brightest = float(np.percentile(colors.max(axis=1), _BRIGHTEST))
@@ -207,11 +202,8 @@ def log_reflectance(
 ) -> Floats:
     """Return log reflectance (P,), which minimises the energy of the package's docstring.
 
-    Parameters
-    ----------
-    log_image : (P,) log of grey values
-    pairs : (2, E) neighbours, as `poisson.neighbours` returns them
-    tie : weight λ of all pairs that share ridge and name: of pixels tied to a reflectance for each
+    The log of grey values is (P,); pairs (2, E) are those of `poisson.neighbours`; λ is the weight
+    of all pairs that share ridge and name: of pixels tied to a reflectance for each.
     """
     from scipy.sparse import csc_array, diags_array, vstack
 

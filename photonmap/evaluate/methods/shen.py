@@ -30,13 +30,7 @@ _LEAST_VARIANCE = 1e-6
 
 
 def estimate(view: View, rounds: float, relaxation: float) -> Estimate:
-    """Return the decomposition after some rounds over all pixels.
-
-    Parameters
-    ----------
-    rounds : number of times that each pixel is visited
-    relaxation : factor of over-relaxation, below 2
-    """
+    """Return the decomposition after rounds over all pixels, over-relaxed by a factor below 2."""
     image = np.where(view.mask[..., None], np.maximum(view.image, FLOOR), 0.0)
     weights = _weights(image, view.mask)
     energy = np.maximum((image**2).sum(axis=-1, keepdims=True), FLOOR**2)

@@ -55,12 +55,8 @@ _NEGLIGIBLE = 1e-6
 def cost_table(weights: Floats, dimensions: int) -> Floats:
     """Return the cost −log Σ_k a_k σ_k^−d exp(−q / 2σ_k²) of squared lengths q of d numbers.
 
-    It is 0 for no difference, and tabulated over log q, between whose entries it is linear.
-
-    Parameters
-    ----------
-    weights : (16,) a_k
-    dimensions : d
+    It is 0 for no difference, and tabulated over log q, between whose entries it is linear; weights
+    a_k are (16,).
     """
     table = -_log_density(np.exp(np.linspace(_LEAST, _MOST, _STEPS)), weights, dimensions)
     return np.asarray(table - table[0])
@@ -109,12 +105,7 @@ def windows(mask: Mask, reach: int = 2) -> Iterator[tuple[tuple[slice, slice], .
 
 
 def difference_cost(image: Floats, mask: Mask, table: Floats) -> tuple[float, Floats]:
-    """Return the mean cost of differences of (H, W, C) in windows of 5×5, and its gradient.
-
-    Parameters
-    ----------
-    table : as `cost_table` returns it
-    """
+    """Return the mean cost, by `cost_table`, of differences in windows of 5×5, and its gradient."""
     total, count = 0.0, 0
     gradient = np.zeros_like(image)
     for one, other in windows(mask):
@@ -246,12 +237,7 @@ def filters(height: int, width: int) -> Filters:
 
 
 class Surface:
-    """Slopes and normals of a depth map.
-
-    Parameters
-    ----------
-    depth : (H, W) towards the camera, pixels
-    """
+    """Slopes and normals of a depth map (H, W), pixels towards the camera."""
 
     def __init__(self, depth: Floats) -> None:
         self.shape = depth.shape
@@ -330,14 +316,9 @@ _KERNEL = 1.0  # Width σ of the entropy's kernel, in units of the spread of dif
 
 
 class Objective:
-    """The cost (1) of a log image, terms averaged over pixels.
+    """The cost (1) of a log image (H, W, C) within a mask, terms averaged over pixels.
 
-    Parameters
-    ----------
-    log_image : (H, W, C)
-    mask : (H, W)
-    priors : what is likely
-    weights : of "smooth", "entropy", "absolute", "curvature", "facing" and "light"
+    Weights are those of "smooth", "entropy", "absolute", "curvature", "facing" and "light".
     """
 
     def __init__(
@@ -434,13 +415,7 @@ _COARSEST = 4  # Side of the smallest level of the pyramid, about, pixels
 
 
 def estimate(view: View, steps: float, **weights: float) -> Estimate:
-    """Return the decomposition after at most some steps of L-BFGS.
-
-    Parameters
-    ----------
-    steps : largest number of steps
-    weights : of the terms, see `Objective`
-    """
+    """Return the decomposition after at most some steps of L-BFGS; for weights, see `Objective`."""
     from scipy.optimize import minimize
 
     white = float(np.percentile(to_grey(view.image)[view.mask], 99.0))

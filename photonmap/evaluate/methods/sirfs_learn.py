@@ -21,12 +21,7 @@ _RIDGE = 1e-2  # Added to variances of light, of which few examples are seen
 
 
 def learn_priors(folder: Path) -> sirfs.Priors:
-    """Return the priors of the scenes of a data set, in linear sRGB.
-
-    Raises
-    ------
-    InputError : the folder holds no finished data set
-    """
+    """Return the priors of the scenes of a finished data set, in linear sRGB."""
     colors, steps, bends, lights = [], [], [], []
     for image in open_finished(folder):
         truth = load_truth(image, "rgb")

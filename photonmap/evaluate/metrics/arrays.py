@@ -64,12 +64,7 @@ def _size(image: Floats) -> str:
 
 
 def real(values: Any, owner: str) -> Floats:
-    """Return values as float64.
-
-    Raises
-    ------
-    InputError : they are complex, text or the like
-    """
+    """Return values as float64; complex ones, text or the like are an `InputError`."""
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
         raise InputError(f"{owner} is of type {array.dtype}; give real numbers")
@@ -85,10 +80,8 @@ def to_grey(image: Any) -> Floats:
 def blurred_within(image: Floats, mask: Mask, sigma: float, mode: str = "reflect") -> Floats:
     """Return the Gaussian means of (H, W, C) over the pixels of a mask; 0 where none is near.
 
-    Parameters
-    ----------
-    sigma : pixels
-    mode : what is beyond the border, as `scipy.ndimage.gaussian_filter` takes it
+    σ is in pixels; the mode is what is beyond the border, as `scipy.ndimage.gaussian_filter` takes
+    it.
     """
     from scipy.ndimage import gaussian_filter
 

@@ -45,14 +45,10 @@ def write_page(
     notes: Sequence[str],
     tables: Sequence[Table],
 ) -> str:
-    """Return the page.
+    """Return the page: of an evaluation and its summaries, and of the tables of experiments.
 
-    Parameters
-    ----------
-    summaries : of the evaluation
-    gallery : with the pictures of the best and worst estimates, and of disagreements
-    notes : lines on how estimates came about
-    tables : of experiments
+    The gallery has the pictures of the best and worst estimates, and of disagreements; notes are
+    lines on how estimates came about.
     """
     return render_page(
         __package__,
@@ -78,10 +74,7 @@ def write_page(
 
 
 def _metric(name: str, rows: dict[str, dict[str, Summary]]) -> dict[str, Any]:
-    """Return the table of a metric: for each method, the summary that covers most images, and all.
-
-    A method has no summary, None, under titles that only others have.
-    """
+    """Return a metric's table: for each method, the summary of most images, and those by title."""
     heads = titles(rows)
     found = [
         (method, max(cells.values(), key=lambda cell: cell.scored), [cells.get(h) for h in heads])
@@ -157,16 +150,10 @@ def write_report(
     notes: Sequence[str] = (),
     tables: Sequence[Table] = (),
 ) -> None:
-    """Write the page and the tables; none appears before all of them are complete.
+    """Write the page and the tables, or raise `OSError`: none appears before all are complete.
 
-    Parameters
-    ----------
-    folder : made where it is missing, like those above it
-    summaries, gallery, notes, tables : as `photonmap.evaluate.report.page.write_page` takes them
-
-    Raises
-    ------
-    OSError : writing fails
+    The folder is made where it is missing, like those above it; the rest is as `write_page` takes
+    it.
     """
     with written_together(folder) as part:
         page = write_page(evaluation, summaries, gallery, notes, tables)

@@ -38,16 +38,11 @@ DIRECTIONS = 4
 def lay_cells(
     geometry: Geometry, areas: NDArray[np.float64], area: float
 ) -> tuple[CacheCells, int]:
-    """Tile both sides of all triangles with cells of about the given area.
+    """Tile both sides of all triangles with cells of about the given area; return how many, too.
 
     Larger triangles are divided into n² similar ones; smaller ones share a cell with neighbours
     whose centres lie in the same box of that size and whose normals point alike. So there are
     O(surface / area) cells, however many triangles.
-
-    Returns
-    -------
-    cells : the layout
-    count : the number of cells on both sides together
     """
     divisions = np.ceil(np.sqrt(areas / area)).astype(np.int32)
     np.maximum(divisions, 1, out=divisions)
@@ -73,13 +68,9 @@ def lay_cells(
 def divide_cells(cells: CacheCells, chosen: NDArray[np.bool_]) -> tuple[CacheCells, int]:
     """Divide some of the cells that `lay_cells` laid into `FINER`² each, or fewer if many.
 
-    Of the chosen ones, (count,), those of single triangles are. What comes of them lies behind
-    all others, and is no more than they are.
-
-    Returns
-    -------
-    cells : the layout
-    count : the number of cells, those that were divided among them
+    Of the chosen ones, (count,), those of single triangles are. What comes of them lies behind all
+    others, and is no more than they are. Return the layout, and the number of cells, those that
+    were divided among them.
     """
     count = len(cells.parts)
     chosen = chosen.copy()
@@ -187,10 +178,9 @@ def _count_batches(lit: NDArray[np.bool_], group: NDArray[np.int64]) -> NDArray[
 def _find_lit_batches(setup: PassSetup, pair: NDArray[np.int64], count: int) -> NDArray[np.bool_]:
     """Return of which batches some photons come to the sides of triangles, (count, BATCHES, 2).
 
-    Those of one material and object, whose number is in `pair`, (T,), are one.
-
-    They lose nothing, and come from all emitters alike: whether a surface is dark, or a light dim,
-    does not matter.
+    Those of one material and object, whose number is in `pair`, (T,), are one. Photons lose
+    nothing, and come from all emitters alike: whether a surface is dark, or a light dim, does not
+    matter.
     """
     scene = setup.compiled.arrays
     lights, materials, textures = scene.lights, scene.materials, scene.textures
@@ -223,12 +213,8 @@ def measure_exposed(
 ) -> Exposed:
     """Return what is exposed of each of `count` cells, and which are cluttered.
 
-    In a layout with divided cells, only of their parts: 1 and False elsewhere.
-
-    Parameters
-    ----------
-    lit_sides : (T, 2) of `find_lit_sides`
-    areas : (T,) of triangles
+    In a layout with divided cells, only of their parts: 1 and False elsewhere. Sides are those of
+    `find_lit_sides`, (T, 2), and areas, (T,), those of triangles.
     """
     scene, storage, triangles = setup.compiled.arrays, setup.storage, len(areas)
     exposure = Exposure(

@@ -54,13 +54,7 @@ def bundle_count(photons: int) -> int:
 
 
 class CacheTracer:
-    """Traces the photons of passes into radiosity caches.
-
-    Parameters
-    ----------
-    setup : of the passes
-    counters : to which its work is added
-    """
+    """Traces the photons of passes into radiosity caches, and counts them."""
 
     def __init__(self, setup: PassSetup, counters: Counters) -> None:
         self._setup, self._counters = setup, counters

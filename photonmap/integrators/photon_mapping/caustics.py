@@ -111,9 +111,7 @@ _OF_ARRIVALS = ("positions", "arrivals", "flux", "triangles", "barycentrics")
 class CausticTracer:
     """Traces the caustic photons of passes, with random numbers of their own.
 
-    Parameters
-    ----------
-    setup : of the passes; the scene has specular surfaces
+    The scene has specular surfaces.
     """
 
     def __init__(self, setup: PassSetup) -> None:

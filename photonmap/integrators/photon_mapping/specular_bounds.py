@@ -100,11 +100,7 @@ def _bound(corners: Floats, boxes: Boxes, group: Integers, starts: Integers) -> 
 
 
 def _part(middles: Floats, boxes: Boxes, group: Integers, starts: Integers) -> tuple[Flags, Flags]:
-    """Find the best plane across an axis for each group.
-
-    Returns which triangles are before it, and which groups it parts: all whose triangles do not lie
-    together.
-    """
+    """Return which triangles lie before the best plane for each group, and which it can part."""
     low = np.minimum.reduceat(middles, starts, axis=1)
     span = np.maximum.reduceat(middles, starts, axis=1) - low
     scale = np.where(span > 0.0, span, 1.0)

@@ -51,12 +51,7 @@ class UnbiasedIntegrator(PhotonIntegrator):
 
 
 class SharingByDifferences:
-    """Shares indirect irradiance between pixels, without bias.
-
-    Parameters
-    ----------
-    setup : of the passes
-    """
+    """Shares indirect irradiance between pixels, without bias."""
 
     def __init__(self, setup: PassSetup) -> None:
         self._setup = setup

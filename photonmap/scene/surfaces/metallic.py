@@ -117,10 +117,7 @@ def _as_texture(paint: Paint, like: Texture) -> Texture:
 
 
 def _part(base: Texture, metallic: Texture, coat: Texture) -> tuple[Texture, Texture]:
-    """Return diffuse reflectance and reflectance at normal incidence of textures that lie alike.
-
-    Of images of different sizes, the texels are those of the largest one.
-    """
+    """Return diffuse and glossy reflectance of textures that lie alike, as fine as the finest."""
     sizes = [each.image.texels.shape[:2] for each in (base, metallic, coat)]
     shape = np.max(sizes, axis=0).tolist()
     color = np.minimum(resized(base, shape), np.float32(1.0))
