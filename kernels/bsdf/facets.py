@@ -56,13 +56,13 @@ def brush_at(anisotropy, maps, material, s, t):
     x, y = (x / length, y / length) if length > LEAST_LENGTH else (1.0, 0.0)
     largest, steps = math.sqrt(brush.stretch), anisotropy.strengths
     strength = min(blue, largest)
-    place = (steps - 1) * strength / max(largest, TINY)
-    step = min(int(place), steps - 2)
+    level = (steps - 1) * strength / max(largest, TINY)
+    step = min(int(level), steps - 2)
     before = steps - 1 - step
     azimuths = brush.azimuths - before * anisotropy.azimuths
     mean = brush.azimuths - (steps - 1) * (anisotropy.azimuths + 1) - 1 + step
     cosine, sine = brush.cosine * x - brush.sine * y, brush.sine * x + brush.cosine * y
-    return Brush(strength * strength, cosine, sine, mean, azimuths, place - step)
+    return Brush(strength * strength, cosine, sine, mean, azimuths, level - step)
 
 
 @outlined

@@ -93,22 +93,22 @@ def _multiply_mixed(scene, hit, clear, factor, throughput):
 
 
 @jit
-def glass_share(geometry, share, hit):
+def glass_fraction(geometry, fraction, hit):
     """Return which fraction of a surface is glass; 1 where no surface is so in part."""
-    if share is None:
+    if fraction is None:
         return 1.0
     material = geometry.material[hit.triangle]
-    if share.maps is None or share.image[material] < 0:
-        return share.value[material]
-    return fraction_at(geometry, share.maps, share.image[material], hit)
+    if fraction.maps is None or fraction.image[material] < 0:
+        return fraction.value[material]
+    return fraction_at(geometry, fraction.maps, fraction.image[material], hit)
 
 
 @jit
-def take_share(geometry, share, hit, throughput):
+def take_glass_fraction(geometry, fraction, hit, throughput):
     """Multiply throughput, (N,), by the fraction of a surface that is glass."""
-    if share is None:
+    if fraction is None:
         return
-    value = np.float32(glass_share(geometry, share, hit))
+    value = np.float32(glass_fraction(geometry, fraction, hit))
     for band in range(len(throughput)):
         throughput[band] *= value
 

@@ -87,9 +87,9 @@ def lobe_at(geometry, scattering, hit):
     if maps.roughness[material] >= 0:
         roughness = min(look_up_number(maps.maps, maps.roughness[material], s, t), 1.0)
         alpha = max(roughness * roughness, maps.least)
-        place = roughness * (maps.steps - 1)
-        step = min(int(place), maps.steps - 2)
-        row, between = np.int64(maps.first[material] + step), place - step
+        level = roughness * (maps.steps - 1)
+        step = min(int(level), maps.steps - 2)
+        row, between = np.int64(maps.first[material] + step), level - step
     is_textured = maps.glossy[material] >= 0
     if is_textured:
         color = reflectance_at(maps.maps, maps.glossy[material], s, t)
@@ -115,9 +115,9 @@ def normal_reflectance(scattering, lobe, band):
 @jit
 def interpolate(table, cosine):
     """Interpolate a row of `Scattering.albedos`, over the square root of the cosine."""
-    place = math.sqrt(min(cosine, 1.0)) * (len(table) - 2)
-    node = min(int(place), len(table) - 3)
-    return table[node] + (place - node) * (table[node + 1] - table[node])
+    level = math.sqrt(min(cosine, 1.0)) * (len(table) - 2)
+    node = min(int(level), len(table) - 3)
+    return table[node] + (level - node) * (table[node + 1] - table[node])
 
 
 @jit

@@ -15,7 +15,7 @@ import numpy as np
 
 from photonmap.kernels.bsdf import coated, glossy, lambert, rough_diffuse, sheen
 from photonmap.kernels.bsdf.cover import UNCOVERED
-from photonmap.kernels.bsdf.glass import glass_share
+from photonmap.kernels.bsdf.glass import glass_fraction
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import divide
@@ -81,10 +81,10 @@ def _evaluate(scene, surface, wi, values):
 @outlined
 def _evaluate_rest(scene, surface, wi, values):
     """Turn diffuse albedos of a whole surface into the BSDF of the part that is no glass."""
-    if scene.scattering.share is None:
+    if scene.scattering.glass is None:
         _evaluate(scene, surface, wi, values)
         return
-    rest = 1.0 - glass_share(scene.geometry, scene.scattering.share, surface.hit)
+    rest = 1.0 - glass_fraction(scene.geometry, scene.scattering.glass, surface.hit)
     if rest <= 0.0:
         values[:] = 0.0
         return

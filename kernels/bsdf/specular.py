@@ -17,7 +17,7 @@ from photonmap.kernels.bsdf.glass import (
     multiply_remainder,
     multiply_tint,
     roughness_at,
-    take_share,
+    take_glass_fraction,
 )
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import divide, largest
@@ -132,7 +132,7 @@ def scatter_specular(scene, hit, direction, numbers, carries_flux, throughput):
     direction, ng, n = arrival.direction, arrival.ng, arrival.n
     xi = numbers[0]
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
-    take_share(geometry, specular.share, hit, throughput)
+    take_glass_fraction(geometry, specular.glass, hit, throughput)
     if _crosses_pane(scene, hit, arrival, xi, throughput):
         return offset(point, size, vec.scale(ng, -1.0)), direction
     if specular.kind[material] == MIRROR:

@@ -32,10 +32,10 @@ def _part_at(n, u, v):
 def place_in(n, part, u, v):
     """Return the barycentrics of a triangle that are (u, v) in one of its n² parts."""
     i = n - math.ceil(math.sqrt(n * n - part))
-    place = part - i * (2 * n - i)
-    if place % 2 == 1:
+    offset = part - i * (2 * n - i)
+    if offset % 2 == 1:
         u, v = 1.0 - u, 1.0 - v
-    return (i + u) / n, (place // 2 + v) / n
+    return (i + u) / n, (offset // 2 + v) / n
 
 
 @jit

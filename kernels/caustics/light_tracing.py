@@ -37,7 +37,7 @@ def _film_density(seen, way, ng):
 @jit
 def are_caustics_connected(job, surface, pixel):
     """Return whether light tracing brings the caustics of a first hit: then disks must not."""
-    caustics = job.maps.caustics
+    caustics = job.photon_maps.caustics
     if caustics is None:
         return False
     if caustics.connected == 0.0:
@@ -62,8 +62,8 @@ def _hit_of(caustics, photon):
 @jit
 def _connect(job, caustics, photon):
     """Return the pixel that sees a photon, or -1, its weight there, and the rays cast."""
-    geometry, film, place = job.scene.geometry, job.eye.film, caustics.positions[photon]
-    point, ng = vec.row(caustics.positions, photon), (place[3], place[4], place[5])
+    geometry, film, position = job.scene.geometry, job.eye.film, caustics.positions[photon]
+    point, ng = vec.row(caustics.positions, photon), (position[3], position[4], position[5])
     seen, way = _way_to_eye(job.eye.camera, point)
     if not (0.0 <= seen.x < film.width and 0.0 <= seen.y < film.height):
         return -1, 0.0, 0
@@ -110,10 +110,10 @@ def add_connected(job, caustics, connections, span, scratches, estimate):
     """Add the photons that the pixels of a span see to an `Estimate`, by the order of photons."""
     clear(scratches.own.irradiance)
     clear(scratches.scattered.irradiance)
-    scene, camera, share = job.scene, job.eye.camera, np.float32(1.0)
+    scene, camera = job.scene, job.eye.camera
     for pixel in range(span.first, span.last):
-        for place in range(connections.starts[pixel], connections.starts[pixel + 1]):
-            photon = connections.order[place]
+        for slot in range(connections.starts[pixel], connections.starts[pixel + 1]):
+            photon = connections.order[slot]
             weight = connections.weights[photon]
             for band in range(caustics.flux.shape[1]):
                 scratches.own.irradiance[CAUSTIC, band] = weight * caustics.flux[photon, band]
@@ -121,4 +121,4 @@ def add_connected(job, caustics, connections, span, scratches, estimate):
             hit = _hit_of(caustics, photon)
             surface = surface_interaction(scene.geometry, hit, vec.scale(way, -1.0))
             _scatter(scene, caustics, surface, photon, scratches)
-            add_beyond_diffuse(scene, surface, share, pixel, scratches, estimate)
+            add_beyond_diffuse(scene, surface, np.float32(1.0), pixel, scratches, estimate)

@@ -166,8 +166,8 @@ def _weight(caustics, photon, surface, box):
         return 0.0
     step = vec.sub(position, surface.point)
     near = 1.0 - vec.dot(step, step) / (radius * radius)
-    place = caustics.positions[photon]
-    if near <= 0.0 or vec.dot((place[3], place[4], place[5]), surface.ng) < ALIGNED:
+    position = caustics.positions[photon]
+    if near <= 0.0 or vec.dot((position[3], position[4], position[5]), surface.ng) < ALIGNED:
         return 0.0
     return 0.0 if abs(vec.dot(step, surface.ng)) > FLATNESS * radius else near
 

@@ -318,7 +318,7 @@ class CameraPass(NamedTuple):
     """What a camera pass renders from."""
 
     scene: SceneArrays
-    maps: PhotonMaps
+    photon_maps: PhotonMaps
     eye: View  # Numba takes `.view` for NumPy's
     plan: SamplingPlan
     key: int  # of its random numbers, 64 bits

@@ -134,8 +134,8 @@ class _RecordModel(models.PrimitiveModel):
 
 @lower_getattr_generic(RecordType)
 def _load_field(context: Any, builder: Any, kind: RecordType, record: Any, name: str) -> Any:
-    place = cgutils.gep_inbounds(builder, record, 0, kind.fields.index(name))
-    field = builder.load(place)
+    pointer = cgutils.gep_inbounds(builder, record, 0, kind.fields.index(name))
+    field = builder.load(pointer)
     field.set_metadata("invariant.load", builder.module.add_metadata([]))
     return field
 
@@ -144,13 +144,13 @@ def _load_field(context: Any, builder: Any, kind: RecordType, record: Any, name:
 def _unbox(kind: RecordType, value: Any, c: Any) -> NativeValue:
     """Lay a record out on the stack of the function that Python calls; null if it is absent."""
     record = cgutils.alloca_once(c.builder, c.context.get_value_type(kind).pointee)
-    place = cgutils.alloca_once_value(c.builder, cgutils.get_null_value(record.type))
+    pointer = cgutils.alloca_once_value(c.builder, cgutils.get_null_value(record.type))
     failed = cgutils.alloca_once_value(c.builder, cgutils.false_bit)
     with c.builder.if_then(cgutils.is_not_null(c.builder, c.pyapi.tuple_size(value))):
-        c.builder.store(record, place)
+        c.builder.store(record, pointer)
         for index, field in enumerate(kind.types):
             native = c.unbox(field, c.pyapi.tuple_getitem(value, index))
             c.builder.store(native.value, cgutils.gep_inbounds(c.builder, record, 0, index))
             with c.builder.if_then(native.is_error, likely=False):
                 c.builder.store(cgutils.true_bit, failed)
-    return NativeValue(c.builder.load(place), is_error=c.builder.load(failed))
+    return NativeValue(c.builder.load(pointer), is_error=c.builder.load(failed))

@@ -233,7 +233,7 @@ class GlassMaps(NamedTuple):
 
 
 @by_reference
-class GlassShare(NamedTuple):
+class GlassFraction(NamedTuple):
     """Which fraction of a surface is glass, where some are so in part; else None."""
 
     value: float64[::1]  # (M,), 1 for what is all glass, and for mirrors and metals
@@ -259,7 +259,7 @@ class Specular(NamedTuple):
     media: Media | None  # None where glass is clear, and lies in air
     dip: float32[:, :, ::1]  # (M, 4, N), of metals, as `Scattering.dip`
     maps: GlassMaps | None  # None where glass is the same all over
-    share: GlassShare | None  # None where no surface is glass in part
+    glass: GlassFraction | None  # None where no surface is glass in part
     grazing: float32[:, ::1]
     """(M, N), by how many times (1 - cos)⁵ polished metals reflect more than `mirror`, and with a
     `dip` less; 0 for mirrors that reflect alike at all angles, (0, N) where all do"""
@@ -286,7 +286,9 @@ class Scattering(NamedTuple):
     dip: float32[:, :, ::1]
     """(M, 4, N), weights of the `dip_terms` by which metals reflect less than Schlick's formula
     says, see `core.fresnel`; (M, 0, 0) where none does"""
-    share: GlassShare | None  # None where no surface is glass in part: the rest of it scatters so
+    glass: (
+        GlassFraction | None
+    )  # None where no surface is glass in part: the rest of it scatters so
     below: uint8[::1]  # (M,), `model` of what lies below a coat or sheen, or of what has none
     sheens: Sheens | None  # None where no surface has a sheen
 

@@ -96,9 +96,9 @@ def trace_camera_ray(job, pixel, position, index, weight, pixels, rays):
     if is_dark(ray):
         return hit, ray.direction
     rays[passes.CAMERA] += 1
-    emitter, place = visible_emitter(geometry, lights, hit, ray.direction)
+    emitter, position = visible_emitter(geometry, lights, hit, ray.direction)
     if emitter >= 0:
-        emission = emission_of(lights, emitter, place)
+        emission = emission_of(lights, emitter, position)
         add_emission(pixels.emission, pixel, lights, emission, weight)
     if hit.triangle >= 0:
         pixels.coverage[pixel] += weight

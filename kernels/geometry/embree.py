@@ -18,13 +18,13 @@ BUILD_QUALITY_HIGH = 2
 
 def _library_file() -> Path:
     package = Path(embreex.__file__).parent
-    places = [package.parent / "embreex.libs", package / ".dylibs", package]
+    folders = [package.parent / "embreex.libs", package / ".dylibs", package]
     patterns = {"win32": "embree4*.dll", "darwin": "libembree4*.dylib"}
     pattern = patterns.get(sys.platform, "libembree4*.so*")
-    for place in places:
-        for file in sorted(place.glob(pattern)):
+    for folder in folders:
+        for file in sorted(folder.glob(pattern)):
             return file
-    raise ImportError(f"no Embree 4 library in {', '.join(map(str, places))}: reinstall embreex")
+    raise ImportError(f"no Embree 4 library in {', '.join(map(str, folders))}: reinstall embreex")
 
 
 def _load() -> ctypes.CDLL:

@@ -31,11 +31,11 @@ def _emit_record(builder, words):
     # Embree asks for 16-byte alignment.
     record.align = 16
 
-    def store(place, kind, values):
+    def store(first, kind, values):
         four = ir.Constant(ir.VectorType(kind, 4), ir.Undefined)
         for index, value in enumerate(values):
             four = builder.insert_element(four, value, word(index))
-        pointer = builder.gep(record, [word(0), word(place)])
+        pointer = builder.gep(record, [word(0), word(first)])
         builder.store(four, builder.bitcast(pointer, four.type.as_pointer()), align=16)
 
     ox, oy, oz, dx, dy, dz, tfar = words
@@ -60,9 +60,9 @@ def _emit_call(builder, name, scene, record):
     )
 
 
-def _emit_load(builder, record, place, kind):
+def _emit_load(builder, record, field, kind):
     word = ir.IntType(32)
-    value = builder.load(builder.gep(record, [word(0), word(place)]))
+    value = builder.load(builder.gep(record, [word(0), word(field)]))
     return builder.bitcast(value, ir.FloatType()) if kind == types.float32 else value
 
 
@@ -104,9 +104,9 @@ else:
             scene, words = _words(context, builder, arguments)
             record = _emit_record(builder, words)
             _emit_call(builder, "rtcIntersect1", scene, record)
-            places = (TFAR, U, V, GEOMETRY, PRIMITIVE)
+            fields = (TFAR, U, V, GEOMETRY, PRIMITIVE)
             values = [
-                _emit_load(builder, record, *pair) for pair in zip(places, kinds, strict=True)
+                _emit_load(builder, record, *pair) for pair in zip(fields, kinds, strict=True)
             ]
             return context.make_tuple(builder, signature.return_type, values)
 

@@ -38,7 +38,7 @@ SELDOM = 0.05  # Least probability of going on by the lobe
 def has_base(scene, triangle):
     """Return whether the cache holds the diffuse base of a glossy surface."""
     scattering = scene.scattering
-    if scattering is None or scattering.share is not None:
+    if scattering is None or scattering.glass is not None:
         return False
     if models.model_at(scene, triangle) != models.GLOSSY:
         return False

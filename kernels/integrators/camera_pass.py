@@ -52,10 +52,10 @@ def _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches)
             job, estimate.differences, position, index, pixel, weight, scratches.own
         )
         pixels.lookups[pixel] |= estimate_irradiance(
-            scene, job.maps, surface, index, budget, keys[1], shifts, scratches
+            scene, job.photon_maps, surface, index, budget, keys[1], shifts, scratches
         )
         if not are_caustics_connected(job, surface, pixel):
-            add_disks(scene, job.maps.caustics, surface, scratches)
+            add_disks(scene, job.photon_maps.caustics, surface, scratches)
         add_reflected(scene, surface, weight, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, weight, budget, ALL_LOBES)
     view_specular_chains(job, (hit, direction), chain, estimate, scratches)
@@ -99,7 +99,7 @@ def _render_path(job, bounces, pixel, index, weight, state, estimate, scratches)
         return state
     if specular_probability(scene, hit.triangle) < 1.0:
         surface = surface_interaction(scene.geometry, hit, direction)
-        state = trace_irradiance(scene, job.maps, surface, bounces, state, scratches)
+        state = trace_irradiance(scene, job.photon_maps, surface, bounces, state, scratches)
         add_reflected(scene, surface, weight, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, weight, ONE, ALL_LOBES)
     view_specular_chains(job, (hit, direction), chain, estimate, scratches)
@@ -108,7 +108,7 @@ def _render_path(job, bounces, pixel, index, weight, state, estimate, scratches)
 
 @kernel
 def path_pass(job, samples, bounces, span, scratches, estimate):
-    """Render a span with `samples` paths each; `job.maps` has an empty cache and no caustic map."""
+    """Render a span with `samples` paths each; `job.photon_maps` are empty."""
     weight, key = np.float32(1.0 / samples), streams.split(job.key, streams.FILM)
     for pixel in range(span.first, span.last):
         clear_pixel(estimate.pixels, pixel)

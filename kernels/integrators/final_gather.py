@@ -59,25 +59,25 @@ def fill_directions(ns, first, key, directions):
 
 
 @jit
-def _add_surface(scene, maps, hit, direction, state, scratch):
+def _add_surface(scene, photon_maps, hit, direction, state, scratch):
     """Add the light of a surface on a chain; return (whether the chain goes on, flags, state)."""
     if models.model_at(scene, hit.triangle) == models.LAMBERTIAN:
         side = side_of(scene.geometry, hit.triangle, direction)
-        flags, _, state = answer_by_cell(scene, maps.cache, hit, side, state, scratch)
+        flags, _, state = answer_by_cell(scene, photon_maps.cache, hit, side, state, scratch)
         return True, flags, state
     surface = models.with_model(scene, surface_interaction(scene.geometry, hit, direction))
     probability = specular_probability(scene, hit.triangle)
     is_specular, state = choose_lobe(probability, state, scratch.throughput)
     if is_specular:
         return True, 0, state
-    flags, goes_on, surface, state = answer(scene, maps.cache, surface, state, scratch)
+    flags, goes_on, surface, state = answer(scene, photon_maps.cache, surface, state, scratch)
     if goes_on:
-        flags |= follow_path(scene, maps, surface, state, scratch)
+        flags |= follow_path(scene, photon_maps, surface, state, scratch)
     return False, flags, state
 
 
 @outlined
-def _gather_specular_chain(scene, maps, hit, direction, weight, state, scratch):
+def _gather_specular_chain(scene, photon_maps, hit, direction, weight, state, scratch):
     """Add the light that a gather ray sees via specular surfaces, times weight; return flags."""
     # The cache answers for Lambertian surfaces and the bases of glossy ones; from others, a path
     # goes on. Emitters seen so make caustics, which photons bring.
@@ -94,9 +94,9 @@ def _gather_specular_chain(scene, maps, hit, direction, weight, state, scratch):
         if not alive:
             break
         scratch.rays[SPECULAR] += 1
-        if hit.triangle < 0 or len(maps.cache.cells.divisions) == 0:
+        if hit.triangle < 0 or len(photon_maps.cache.cells.divisions) == 0:
             break
-        goes_on, found, state = _add_surface(scene, maps, hit, direction, state, scratch)
+        goes_on, found, state = _add_surface(scene, photon_maps, hit, direction, state, scratch)
         flags |= found
         if not goes_on:
             break
@@ -104,7 +104,7 @@ def _gather_specular_chain(scene, maps, hit, direction, weight, state, scratch):
 
 
 @jit
-def gather(scene, maps, surface, direction, index, budget, keys, scratch):
+def gather(scene, photon_maps, surface, direction, index, budget, keys, scratch):
     """Add what one of `budget.scattered` cosine-distributed rays sees to `scratch.irradiance`.
 
     Where the ray ends too near for the cache to answer, or on a surface that is not Lambertian, a
@@ -125,21 +125,24 @@ def gather(scene, maps, surface, direction, index, budget, keys, scratch):
         add_emission(scratch.irradiance, DIRECT, scene.lights, emission, weight)
     if hit.triangle < 0:
         return 0, nothing
-    found, share = 0, np.float32(1.0 / budget.scattered)
+    found, per_ray = 0, np.float32(1.0 / budget.scattered)
     probability = specular_probability(scene, hit.triangle)
     if scene.specular is not None and probability > 0.0:
         state = stream(keys.chain, index, 0)
-        found = _gather_specular_chain(scene, maps, hit, direction, share, state, scratch) & FOUND
+        found = (
+            _gather_specular_chain(scene, photon_maps, hit, direction, per_ray, state, scratch)
+            & FOUND
+        )
         if probability == 1.0:
             return found, nothing
     end = models.with_model(scene, surface_interaction(geometry, hit, direction))
-    scratch.throughput[:] = share
+    scratch.throughput[:] = per_ray
     state, goes_on = stream(keys.path, index, 0), True
-    if may_answer_gather_ray(maps.cache, end):
-        flags, goes_on, end, state = answer(scene, maps.cache, end, state, scratch)
+    if may_answer_gather_ray(photon_maps.cache, end):
+        flags, goes_on, end, state = answer(scene, photon_maps.cache, end, state, scratch)
         found |= flags
     if end.model != models.LAMBERTIAN:
         hit = nothing
     if goes_on:
-        found |= follow_path(scene, maps, end, state, scratch)
+        found |= follow_path(scene, photon_maps, end, state, scratch)
     return found, hit

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from numba.types import float32, float64, int32
 
 from photonmap.kernels.bsdf import coated, glossy, models, sheen
-from photonmap.kernels.bsdf.glass import alpha_at, glass_share
+from photonmap.kernels.bsdf.glass import alpha_at, glass_fraction
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.camera.cameras import first_hit, generate_ray, is_dark
 from photonmap.kernels.core import vec
@@ -42,7 +42,7 @@ class SurfaceRows(NamedTuple):
     coat_lobes: float64[:, ::1]  # (P, 8) the coat's, as `lobes`
     sheen_color: float32[:, ::1]  # (P, N)
     alpha: float64[::1]  # (P,) α of specular surfaces, 0 of what is smooth
-    share: float64[::1]  # (P,) fraction that is glass
+    glass: float64[::1]  # (P,) fraction that is glass
 
 
 @kernel
@@ -87,7 +87,7 @@ def describe_surfaces(scene, hits, rows):
             specular = scene.specular
             if len(specular.alpha) > 0 and rows.alpha[row] > 0.0:
                 rows.alpha[row] = alpha_at(scene.geometry, specular.alpha, specular.maps, hit)
-            rows.share[row] = glass_share(scene.geometry, specular.share, hit)
+            rows.glass[row] = glass_fraction(scene.geometry, specular.glass, hit)
 
 
 @jit

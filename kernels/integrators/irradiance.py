@@ -92,14 +92,16 @@ def _leave_to_paths(scene, surface, direction, budget, scratches):
 
 
 @jit
-def _gather(scene, shifts, maps, surface, ray, budget, keys, scratches):
+def _gather(scene, shifts, photon_maps, surface, ray, budget, keys, scratches):
     """Add a gather ray, (direction, index), to irradiance, differences and what is scattered."""
     direction, index = ray
     if shifts is None and (scene.scattering is None or _is_lambertian(scene, surface)):
-        return gather(scene, maps, surface, direction, index, budget, keys, scratches.own)[0]
+        return gather(scene, photon_maps, surface, direction, index, budget, keys, scratches.own)[0]
     own, incident = scratches.own, scratches.incident.irradiance
     clear(incident)
-    found, end = gather(scene, maps, surface, direction, index, budget, keys, scratches.incident)
+    found, end = gather(
+        scene, photon_maps, surface, direction, index, budget, keys, scratches.incident
+    )
     add_differences(scene, shifts, surface, end, direction, incident, own)
     first = incident.shape[0]
     if scene.scattering is not None and not _is_lambertian(scene, surface):
@@ -127,7 +129,7 @@ def add_disks(scene, caustics, surface, scratches):
 
 
 @jit
-def _add_glossy(scene, maps, surface, index, budget, key, scratches):
+def _add_glossy(scene, photon_maps, surface, index, budget, key, scratches):
     """Add what a narrow BSDF scatters, by paths that leave the surface in directions of its own."""
     if scene.scattering is None or not _is_narrow(scene, surface):
         return
@@ -141,11 +143,11 @@ def _add_glossy(scene, maps, surface, index, budget, key, scratches):
         point = sobol_2d(first + np.uint64(number), key)
         start = PathStart(DIRECT, bounces, both, True, budget.scattered, point)
         scratches.own.throughput[:] = np.float32(INV_PI / paths)
-        state = trace_path(scene, maps, own, start, state, scratches.scattered)
+        state = trace_path(scene, photon_maps, own, start, state, scratches.scattered)
 
 
 @outlined
-def estimate_irradiance(scene, maps, surface, index, budget, keys, shifts, scratches):
+def estimate_irradiance(scene, photon_maps, surface, index, budget, keys, shifts, scratches):
     """Estimate the light of a surface, without its caustics, by light samples and gather rays.
 
     Fills the irradiance of `scratches.own`, and where the surface is not Lambertian that of
@@ -164,13 +166,15 @@ def estimate_irradiance(scene, maps, surface, index, budget, keys, shifts, scrat
         if lane == 0:
             fill_directions(surface.ns, ray, keys.gather, directions)
         direction = directions[0, lane], directions[1, lane], directions[2, lane]
-        found |= _gather(scene, shifts, maps, surface, (direction, ray), budget, keys, scratches)
-    _add_glossy(scene, maps, surface, index, budget, keys.glossy, scratches)
+        found |= _gather(
+            scene, shifts, photon_maps, surface, (direction, ray), budget, keys, scratches
+        )
+    _add_glossy(scene, photon_maps, surface, index, budget, keys.glossy, scratches)
     return found
 
 
 @jit
-def trace_irradiance(scene, maps, surface, bounces, state, scratches):
+def trace_irradiance(scene, photon_maps, surface, bounces, state, scratches):
     """Estimate the light of a surface as `estimate_irradiance` does, by one plain path.
 
     By another for what it sends to the eye, if it is not Lambertian. Returns the random state.
@@ -179,9 +183,9 @@ def trace_irradiance(scene, maps, surface, bounces, state, scratches):
     clear(scratches.scattered.irradiance)
     start = plain_start(DIRECT, bounces)
     scratches.own.throughput[:] = 1.0
-    state = trace_path(scene, maps, surface, start, state, scratches.own)
+    state = trace_path(scene, photon_maps, surface, start, state, scratches.own)
     if scene.scattering is None or _is_lambertian(scene, surface):
         return state
     scratches.own.throughput[:] = np.float32(INV_PI)
     own = models.with_model(scene, surface)
-    return trace_path(scene, maps, own, start, state, scratches.scattered)
+    return trace_path(scene, photon_maps, own, start, state, scratches.scattered)

@@ -174,7 +174,7 @@ def _arrive(scene, caustics, surface, scratch):
 
 
 @outlined
-def trace_path(scene, maps, surface, start, state, scratch):
+def trace_path(scene, photon_maps, surface, start, state, scratch):
     """Add what one path brings to a surface, times throughput, to `scratch.irradiance`.
 
     Where `surface` is Lambertian that is irradiance; else π times the radiance that its BSDF sends
@@ -183,7 +183,12 @@ def trace_path(scene, maps, surface, start, state, scratch):
     caustics after the first surface, whose own they leave to the caller. `scratch.throughput` is
     used up; returns the random state.
     """
-    throughput, cache, caustics, looks_up = scratch.throughput, maps.cache, maps.caustics, True
+    throughput, cache, caustics, looks_up = (
+        scratch.throughput,
+        photon_maps.cache,
+        photon_maps.caustics,
+        True,
+    )
     # Where nearly all gather rays go on as paths, each brings a small part of the light only.
     reference = np.float32(1.0) if cache.followed is None else largest(throughput)
     for bounce in range(start.bounces):
@@ -212,17 +217,22 @@ def trace_path(scene, maps, surface, start, state, scratch):
 
 
 @jit
-def follow_path(scene, maps, surface, state, scratch):
+def follow_path(scene, photon_maps, surface, state, scratch):
     """Add what a gather ray sees of a surface for which the cache cannot answer, by one path.
 
     It is added, times throughput, to row INDIRECT. Returns FOUND, EMPTY, or 0 if the surface is
     black.
     """
     before = total(scratch.irradiance, passes.INDIRECT)
-    _arrive(scene, maps.caustics, surface, scratch)
+    _arrive(scene, photon_maps.caustics, surface, scratch)
     if largest(scratch.throughput) == 0.0:
         return 0
     trace_path(
-        scene, maps, surface, plain_start(passes.INDIRECT, passes.MAX_BOUNCES), state, scratch
+        scene,
+        photon_maps,
+        surface,
+        plain_start(passes.INDIRECT, passes.MAX_BOUNCES),
+        state,
+        scratch,
     )
     return passes.FOUND if total(scratch.irradiance, passes.INDIRECT) > before else passes.EMPTY

@@ -13,7 +13,7 @@ import numpy as np
 from photonmap.kernels.bsdf import microsurface
 from photonmap.kernels.bsdf.dispersion import choose_index, column_of, index_ratio, keep_index
 from photonmap.kernels.bsdf.facets import to_local
-from photonmap.kernels.bsdf.glass import absorb, multiply_tint, roughness_at, take_share
+from photonmap.kernels.bsdf.glass import absorb, multiply_tint, roughness_at, take_glass_fraction
 from photonmap.kernels.bsdf.specular import (
     LONGEST_CHAIN,
     arrive_at,
@@ -99,7 +99,7 @@ def _evaluate_walk(scene, met, column, direction, state, scratch):
     if pair[1][2] < 0.0:
         factor = microsurface.radiance_factor(eta)
         multiply_tint(scene, hit, factor, response)
-    take_share(scene.geometry, specular.share, hit, response)
+    take_glass_fraction(scene.geometry, specular.glass, hit, response)
     return state
 
 

@@ -83,11 +83,15 @@ def _add_radiance(scene, surface, roughness, chain, scratches, via_specular):
 @jit
 def _light_of(job, surface, step, chain, state, scratches):
     """Fill the scratches with a surface's light; without a caustic map, by a plain path."""
-    if job.maps.caustics is None:
-        return trace_irradiance(job.scene, job.maps, surface, passes.MAX_BOUNCES, state, scratches)
+    if job.photon_maps.caustics is None:
+        return trace_irradiance(
+            job.scene, job.photon_maps, surface, passes.MAX_BOUNCES, state, scratches
+        )
     index, keys = chain.index + (np.uint64(step + 1) << STEP), light_keys(chain.key, USES)
-    estimate_irradiance(job.scene, job.maps, surface, index, chain.budget, keys, None, scratches)
-    add_disks(job.scene, job.maps.caustics, surface, scratches)
+    estimate_irradiance(
+        job.scene, job.photon_maps, surface, index, chain.budget, keys, None, scratches
+    )
+    add_disks(job.scene, job.photon_maps.caustics, surface, scratches)
     return state
 
 

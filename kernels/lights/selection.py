@@ -91,10 +91,10 @@ def descend(nodes, point, ns, cdf, u):
     block, sums = 1 + child, cdf[WIDTH:]
     while block < len(nodes):
         weigh_nodes(nodes, block, point, ns, sums)
-        child, share, u = _choose(sums, u)
+        child, chance, u = _choose(sums, u)
         if child < 0:
             return -1, 0.0, u
-        probability *= share
+        probability *= chance
         block = WIDTH * block + 1 + child
     return block - len(nodes), probability, u
 

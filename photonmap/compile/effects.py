@@ -130,7 +130,7 @@ def _of_images(compiled: CompiledScene) -> dict[str, object]:
     alpha = compiled.geometry.alpha
     textures = (
         ("textures",), ("lights", "emission_textures"), ("scattering", "maps"),
-        ("scattering", "sheens", "maps"), ("specular", "maps"), ("specular", "share", "maps"),
+        ("scattering", "sheens", "maps"), ("specular", "maps"), ("specular", "glass", "maps"),
     )  # fmt: skip
     reliefs = ("geometry", "relief"), ("scattering", "coats", "relief")
     return {
@@ -340,16 +340,16 @@ def _leave_out_specular(compiled: CompiledScene, plan: EffectPlan) -> records.Sp
         anisotropy=specular.anisotropy if has_rough else None,
         media=_leave_out_media(compiled, specular.media, plan),
         maps=specular.maps if plan.on("textures") else None,
-        share=_even(specular.share, plan),
+        glass=_even(specular.glass, plan),
     )
     return specular if specular.kind.any() else None
 
 
-def _even(share: records.GlassShare | None, plan: EffectPlan) -> records.GlassShare | None:
+def _even(fraction: records.GlassFraction | None, plan: EffectPlan) -> records.GlassFraction | None:
     """Return the fractions of glass, of textures the mean where they are left out."""
-    if share is None or plan.on("textures"):
-        return share
-    return share._replace(image=np.full_like(share.image, -1), maps=None)
+    if fraction is None or plan.on("textures"):
+        return fraction
+    return fraction._replace(image=np.full_like(fraction.image, -1), maps=None)
 
 
 def _leave_out_media(
@@ -383,13 +383,13 @@ def _leave_out_scattering(
     model = _simulated(scattering.model, plan) if plan.on("glossy") else below
     maps = scattering.maps if plan.on("textures") and plan.on("glossy") else None
     anisotropy = scattering.anisotropy if plan.on("glossy") else None
-    share = _even(scattering.share, plan)
+    glass = _even(scattering.glass, plan)
     scattering = scattering._replace(
         model=model,
         maps=maps,
         anisotropy=anisotropy,
         coats=coats,
-        share=share,
+        glass=glass,
         below=below,
         sheens=sheens,
     )

@@ -48,7 +48,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     )
     ior = np.array([material.ior or 0.0 for material in materials])
     is_even = [m.ior is not None and not isinstance(m.transmission, Texture) for m in materials]
-    share = np.array([mean_number(m.transmission) for m in materials]) * is_even
+    transmitted = np.array([mean_number(m.transmission) for m in materials]) * is_even
     for index, material in enumerate(materials):
         _check_glass(material, reflectance[index].any(), mirror[index].any())
         check_layers(material)
@@ -57,7 +57,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
                 f"material {material.name!r} has a glossy_edge; give it one glossy, not a texture"
             )
     dip = _compile_dips(materials, np.maximum(glossy, mirror), bands)
-    reflectance *= (1.0 - share)[:, None]
+    reflectance *= (1.0 - transmitted)[:, None]
     narrow = np.array([material.is_narrow_metal for material in materials])
     mirror[narrow], glossy[narrow] = glossy[narrow], 0.0
     polished = np.array([material.is_polished_metal for material in materials])
@@ -71,7 +71,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
         _compile_specular(materials, reflectance, mirror, tint, ior, (walks, grazing)),
         _compile_scattering(materials, reflectance, glossy, lobes),
         panes,
-        divisors / np.maximum(1.0 - share, 1e-300),
+        divisors / np.maximum(1.0 - transmitted, 1e-300),
     )
 
 
@@ -155,8 +155,8 @@ def _compile_specular(
     if not kind.any():
         return None
     specular, diffuse = mirror.mean(axis=1), reflectance.mean(axis=1)
-    share = specular / np.maximum(specular + diffuse, 1e-300)
-    probability = np.select([kind == records.MIRROR, kind > 0], [share, 1.0], default=0.0)
+    chance = specular / np.maximum(specular + diffuse, 1e-300)
+    probability = np.select([kind == records.MIRROR, kind > 0], [chance, 1.0], default=0.0)
     for index, material in enumerate(materials):
         if material.ior is not None and not material.is_all_glass:
             probability[index] = mean_number(material.transmission)

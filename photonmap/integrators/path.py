@@ -42,8 +42,8 @@ class PathIntegrator:
         """Run pass `index`, as `Integrator.estimate` says; there are no supports to widen."""
         setup = self._setup
         key = setup.key(index, Domain.CAMERA)
-        maps = PhotonMaps(empty_cache(setup.bands), None)
-        job = CameraPass(setup.scene(index), maps, setup.view, NO_PLAN, key)
+        photon_maps = PhotonMaps(empty_cache(setup.bands), None)
+        job = CameraPass(setup.scene(index), photon_maps, setup.view, NO_PLAN, key)
         bounces = MAX_BOUNCES if setup.simulates("indirect") else 1
         rays = setup.render_pixels(
             lambda span, own: path_pass(job, SAMPLES, bounces, span, own, self._estimate)

@@ -112,7 +112,7 @@ def has_textured_lobes(compiled: CompiledScene) -> bool:
     if specular is None:
         return False
     return specular.maps is not None or (
-        specular.share is not None and specular.share.maps is not None
+        specular.glass is not None and specular.glass.maps is not None
     )
 
 
@@ -151,7 +151,7 @@ def surfaces_at_hits(compiled: CompiledScene, hits: FirstHits) -> Surfaces:
         coat_lobes=no_table if seen.coat is None else seen.coat.lobes,
         sheen_color=no_table.astype(np.float32) if seen.sheen is None else seen.sheen.color,
         alpha=no_row if seen.specular is None else seen.specular.alpha,
-        share=no_row if seen.specular is None else seen.specular.glass,
+        glass=no_row if seen.specular is None else seen.specular.glass,
     )
     describe_surfaces(compiled.arrays, hits, rows)
     return seen
@@ -170,5 +170,5 @@ def _specularity(specular: Specular | None) -> Specularity | None:
         return None
     ones = np.ones(len(specular.kind))
     alpha = specular.alpha if len(specular.alpha) else 0.0 * ones
-    glass = ones if specular.share is None else specular.share.value
+    glass = ones if specular.glass is None else specular.glass.value
     return Specularity(specular.kind, specular.mirror, specular.ior, alpha, glass)

@@ -100,15 +100,15 @@ def test_buffers_of_what_is_glass_in_part():
 def test_only_what_varies_is_compiled():
     specular = compile_scene(room(GLASS), RGB).specular
     assert specular.maps is None
-    assert specular.share is None
+    assert specular.glass is None
     specular = compile_scene(room(replace(GLASS, tint=even(COLOR))), RGB).specular
     assert specular.maps is not None
-    assert specular.share is None
+    assert specular.glass is None
     part = replace(GLASS, transmission=0.5, **WHITE)
     compiled = compile_scene(room(part), RGB)
     assert compiled.specular.maps is None
-    assert compiled.specular.share.maps is None
-    assert compiled.scattering.share is not None
+    assert compiled.specular.glass.maps is None
+    assert compiled.scattering.glass is not None
 
 
 @pytest.mark.parametrize(

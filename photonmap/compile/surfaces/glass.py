@@ -91,14 +91,14 @@ def with_glass(
     if np.greater_equal(images, 0).any():
         basis = bands.reflectance_basis.astype(np.float32, order="C")
         maps = records.GlassMaps(table.maps, *images, basis, LEAST_ALPHA)
-    share = None
+    fraction = None
     if not all(material.is_all_glass for material in materials if material.ior is not None):
         parts = np.array([mean_number(material.transmission) for material in materials])
         rows = table.rows["transmission"]
-        share = records.GlassShare(
+        fraction = records.GlassFraction(
             np.where(is_glass, parts, 1.0), rows, table.maps if (rows >= 0).any() else None
         )
-    return specular._replace(maps=maps, share=share)
+    return specular._replace(maps=maps, glass=fraction)
 
 
 def beside_glass(
@@ -107,8 +107,10 @@ def beside_glass(
     specular: records.Specular | None,
 ) -> records.Scattering | None:
     """Return BSDFs that know which fraction of each material is glass, 0 of what is none."""
-    share = None if specular is None else specular.share
-    if scattering is None or share is None:
+    fraction = None if specular is None else specular.glass
+    if scattering is None or fraction is None:
         return scattering
     is_glass = np.array([material.ior is not None for material in materials])
-    return scattering._replace(share=share._replace(value=np.where(is_glass, share.value, 0.0)))
+    return scattering._replace(
+        glass=fraction._replace(value=np.where(is_glass, fraction.value, 0.0))
+    )

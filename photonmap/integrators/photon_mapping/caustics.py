@@ -271,7 +271,7 @@ def densest_connected(radius: float) -> float:
 
 def connect(setup: PassSetup, job: CameraPass, estimate: Estimate) -> int:
     """Add the photons that the camera sees to the estimate of a pass; return the rays cast."""
-    caustics = job.maps.caustics
+    caustics = job.photon_maps.caustics
     assert caustics is not None
     photons = len(caustics.positions)
     pixels, order = np.empty((2, photons), np.int32)

@@ -61,8 +61,8 @@ class PhotonIntegrator:
 
     def estimate(self, index: int, wider: int = 0) -> Estimate:
         """Run pass `index`, as `Integrator.estimate` says."""
-        maps = self.trace_photons(index, wider)
-        estimate = self.run_camera_pass(index, maps)
+        photon_maps = self.trace_photons(index, wider)
+        estimate = self.run_camera_pass(index, photon_maps)
         if self.shares:
             estimate = self.share(index, estimate, wider)
         return leave_out(self._setup, estimate)
@@ -100,24 +100,24 @@ class PhotonIntegrator:
         self.counters.photon_seconds += ended - start
         return PhotonMaps(cache, caustics)
 
-    def run_camera_pass(self, index: int, maps: PhotonMaps) -> Estimate:
+    def run_camera_pass(self, index: int, photon_maps: PhotonMaps) -> Estimate:
         """Run the camera pass: direct light, final gathering, specular chains."""
         setup = self._setup
         with self._setting_up():
             plan = self._scaled_plan(index)
-        job = self._job(index, maps, plan)
+        job = self._job(index, photon_maps, plan)
         rays = setup.render_pixels(lambda span, own: camera_pass(job, span, own, self._estimate))
         self.counters.add_rays(**rays)
-        if maps.caustics is not None and maps.caustics.connected > 0.0:
+        if photon_maps.caustics is not None and photon_maps.caustics.connected > 0.0:
             self.counters.add_rays(shadow=connect(setup, job, self._estimate))
         return self._estimate
 
-    def _job(self, index: int, maps: PhotonMaps, plan: SamplingPlan) -> CameraPass:
+    def _job(self, index: int, photon_maps: PhotonMaps, plan: SamplingPlan) -> CameraPass:
         setup = self._setup
         key, scene = setup.key(index, Domain.CAMERA), setup.scene(index)
-        if maps.caustics is None and scene.specular is not None:
-            maps = maps._replace(caustics=absent(CausticMap))
-        return CameraPass(scene, maps, setup.view, plan, key)
+        if photon_maps.caustics is None and scene.specular is not None:
+            photon_maps = photon_maps._replace(caustics=absent(CausticMap))
+        return CameraPass(scene, photon_maps, setup.view, plan, key)
 
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
         """Share indirect irradiance between neighbouring pixels of one surface."""
@@ -176,7 +176,7 @@ class PhotonIntegrator:
     def compile_camera_pass(self) -> None:
         """Compile the sampling pre-pass, and the camera pass, which has most of its code.
 
-        One sample, on maps that hold nothing.
+        One sample, on photon maps that hold nothing.
         """
         plan_sampling(self._setup)
         self.plan = _one_sample(self._setup)
@@ -187,9 +187,9 @@ class PhotonIntegrator:
     def compile_other_kernels(self) -> Estimate:
         """Compile the kernels of the photon pass and of sharing."""
         self.plan = _one_sample(self._setup)
-        maps = self.trace_photons(0)
-        if maps.caustics is not None:
-            connect(self._setup, self._job(0, maps, self.plan), self._estimate)
+        photon_maps = self.trace_photons(0)
+        if photon_maps.caustics is not None:
+            connect(self._setup, self._job(0, photon_maps, self.plan), self._estimate)
         return self.share(0, self._estimate)
 
     def _trace_cache(self, index: int, wider: int) -> RadiosityCache:

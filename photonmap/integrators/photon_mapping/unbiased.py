@@ -32,10 +32,10 @@ class UnbiasedIntegrator(PhotonIntegrator):
     def __init__(self, setup: PassSetup) -> None:
         super().__init__(replace(setup, unbiased=True))
 
-    def run_camera_pass(self, index: int, maps: PhotonMaps) -> Estimate:
+    def run_camera_pass(self, index: int, photon_maps: PhotonMaps) -> Estimate:
         """Run the camera pass; what it looks up in the cache is corrected by paths."""
         return super().run_camera_pass(
-            index, maps._replace(cache=maps.cache._replace(followed=FOLLOWED))
+            index, photon_maps._replace(cache=photon_maps.cache._replace(followed=FOLLOWED))
         )
 
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
