@@ -37,6 +37,7 @@ from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.fluorescence import DonaldsonMatrix, Fluorescence
 
 FORMATS = {".glb": "glTF 2.0, binary", ".gltf": "glTF 2.0", ".obj": "Wavefront OBJ"}
 """Formats whose names are not their suffixes."""
@@ -218,7 +219,14 @@ def describe_color(color: Any) -> Any:
         return color.kind
     if isinstance(color, Cauchy | Sellmeier | NamedGlass):
         return {"type": color.kind, **asdict(color)}
-    return list(color) if isinstance(color, tuple) else color
+    if isinstance(color, Fluorescence):
+        peaks = {name: getattr(color, name) for name in ("excitation", "emission")}
+        at = {f"{k}_nm": float(v.wavelengths[v.values.argmax()]) for k, v in peaks.items()}
+        return {**at, "quantum_efficiency": color.quantum_efficiency}
+    if isinstance(color, DonaldsonMatrix):
+        axes = {"excitation_nm": color.excitation, "emission_nm": color.emission}
+        return {name: axis[[0, -1]].tolist() for name, axis in axes.items()}
+    return [describe_color(each) for each in color] if isinstance(color, tuple) else color
 
 
 def describe_area_lights(scene: Scene, compiled: CompiledScene) -> list[dict[str, Any]]:

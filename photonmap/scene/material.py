@@ -473,7 +473,7 @@ class Material:
     def _is_bare(self) -> bool:
         """Whether it is no glass, and nothing of it is diffuse."""
         diffuse = isinstance(self.reflectance, Spectrum | Texture) or np.any(self.reflectance)
-        return self.ior is None and not diffuse
+        return self.ior is None and self.fluorescence is None and not diffuse
 
     @property
     def scattering(self) -> tuple[str, tuple[float, ...]] | None:

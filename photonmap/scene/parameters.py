@@ -21,7 +21,7 @@ from photonmap.errors import InputError
 from photonmap.runtime.wording import shown
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import Color
-from photonmap.spectra.fluorescence import Fluorophore, Fluorophores, as_fluorophores
+from photonmap.spectra.fluorescence import Fluorophore, Fluorophores
 
 T = TypeVar("T")
 Vector = tuple[float, float, float]
@@ -282,10 +282,10 @@ class Fluorescent(Parameter):
 
     def check(self, value: Any) -> Fluorophores:
         """Return it; several as a tuple, and none as None."""
-        several = value if isinstance(value, list | tuple) else (value,)
+        several = tuple(value) if isinstance(value, list | tuple) else (value,)
         if not all(isinstance(each, Fluorophore) for each in several):
             raise self.error(value, "give Fluorescence, DonaldsonMatrix, or several of these")
-        return as_fluorophores(value) or None if several is value else value
+        return several if len(several) > 1 else next(iter(several), None)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ Donaldson, "Spectrophotometry of fluorescent pigments", British Journal of Appli
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from os import PathLike
 from pathlib import Path
@@ -71,6 +71,7 @@ class Fluorescence:
         for name in ("excitation", "emission"):
             if not isinstance(curve := getattr(self, name), Spectrum):
                 raise InputError(f"{name} {shown(curve)} is not a curve; give a Spectrum")
+            object.__setattr__(self, name, replace(curve, extrapolate=False))
         try:
             check_reflectance(self.excitation.wavelengths, self.excitation.values)
         except InputError as error:
@@ -214,6 +215,11 @@ class DonaldsonMatrix:
                 ) from None
             return cls(exciting, table.wavelengths, table.values.T, anti_stokes)
 
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write FILE.npz, as `read` reads it; `anti_stokes` is not in it."""
+        arrays = {"excitation": self.excitation, "emission": self.emission, "matrix": self.values}
+        np.savez(Path(path), **arrays)  # type: ignore[arg-type]
+
     def matrix(self, emitted: Floats, exciting: Floats) -> Floats:
         """Return Φ (M, K), nm⁻¹, at wavelengths (M,) that go out and (K,) that come in, nm."""
         rows = _within(exciting, self.excitation, self.values)
@@ -274,30 +280,44 @@ def quanta_out(fluorescence: Fluorophores, wavelengths: Floats) -> Floats:
 
     Or radiant power per power where that is more, as it may be where light gets shorter.
     """
-    values = donaldson(fluorescence, RANGE, wavelengths)
-    return np.maximum(RANGE @ values / wavelengths, values.sum(axis=0))
+    total = np.zeros(len(wavelengths))
+    for each in as_fluorophores(fluorescence):
+        values = each.matrix(RANGE, wavelengths)
+        photons = RANGE @ values / wavelengths
+        if isinstance(each, Fluorescence):  # but for rounding at steep edges
+            photons = np.minimum(photons, each.quantum_efficiency * each.excitation(wavelengths))
+        total += np.maximum(photons, values.sum(axis=0)) if each.anti_stokes else photons
+    return total
 
 
-def check_quanta(
+def most_quanta(
     fluorescence: Fluorophores, concentration: float, reflectance: Callable[[Floats], Floats]
-) -> None:
-    """Raise `InputError`, naming the wavelength, where more light leaves than arrives.
+) -> tuple[float, float, float]:
+    """Return at which wavelength, nm, most leaves for what arrives, and how much of it.
 
+    Parameters
+    ----------
+    fluorescence : what sends out
+    concentration : what multiplies it
     reflectance : at wavelengths (K,), nm
+
+    Returns
+    -------
+    The wavelength, what fluorescence sends out there, and what is reflected
     """
     sent = concentration * quanta_out(fluorescence, RANGE)
-    total = np.where(sent > 0.0, sent + reflectance(RANGE), 0.0)
-    if total.max() > LARGEST_REFLECTANCE:
-        at = int(total.argmax())
-        kept = f" and reflectance {total[at] - sent[at]:.3g}" if total[at] > sent[at] else ""
-        raise InputError(
-            f"fluorescence {sent[at]:.3g}{kept} send out more photons than arrive at "
-            f"{RANGE[at]:g} nm; keep their sum within 1"
-        )
+    kept = np.where(sent > 1e-6, reflectance(RANGE), 0.0)
+    at = int((sent + kept).argmax())
+    return float(RANGE[at]), float(sent[at]), float(kept[at])
 
 
 def _check_quanta(fluorophore: Fluorophore) -> None:
-    check_quanta(fluorophore, 1.0, np.zeros_like)
+    at, sent, _ = most_quanta(fluorophore, 1.0, np.zeros_like)
+    if sent > LARGEST_REFLECTANCE:
+        raise InputError(
+            f"fluorescence sends out {sent:.3g} photons for each that arrives at {at:g} nm; keep "
+            "it within 1"
+        )
 
 
 def _within(at: Floats, nodes: Floats, curves: Floats) -> Floats:

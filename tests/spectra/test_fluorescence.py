@@ -29,6 +29,11 @@ def test_photons_out_are_those_taken_up_times_the_efficiency():
     assert (energy < quanta_out(DYE, at)).all()  # the rest is heat
 
 
+def test_all_that_is_taken_up_may_be_sent_out():
+    ramp = pm.Fluorescence(pm.Spectrum([300, 301], [1, 1]), pm.Spectrum([400, 500], [0, 1]))
+    assert quanta_out(ramp, np.array([300.0])) == pytest.approx(1.0, abs=0.01)
+
+
 def test_light_gets_no_shorter_unless_allowed():
     blue = np.array([530.0])
     assert not DYE.matrix(np.arange(300.0, 531.0), blue).any()
@@ -85,7 +90,10 @@ def test_a_matrix_of_samples_is_its_curves(tmp_path):
         (lambda: pm.Fluorescence(DYE.excitation, bump(5, 1)), "emission is 0 at 300 nm"),
         (lambda: pm.Fluorescence(0.5, DYE.emission), "excitation 0.5 is not a curve"),
         (lambda: pm.DonaldsonMatrix([400, 420], [400, 500], [[0, 1e-3], [0, 0]]), "from 420 to"),
-        (lambda: pm.DonaldsonMatrix([400, 420], [500, 600], np.ones((2, 2))), "arrive at 400 nm"),
+        (
+            lambda: pm.DonaldsonMatrix([400, 420], [500, 600], np.ones((2, 2))),
+            "139 photons .* arrives at 400",
+        ),
         (lambda: pm.DonaldsonMatrix([400, 420], [500, 600], np.ones(2)), r"\(2,\), \(2,\) and"),
         (lambda: pm.DonaldsonMatrix([400, 420], [500, 600], [[0, -1], [0, 0]]), "has -1 from 420"),
     ],

@@ -6,13 +6,14 @@ import base64
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 from urllib.parse import unquote
 
 import numpy as np
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, naming
 from photonmap.io.readers.decoding import SHEEN, Losses, Note, note_loss, plain, read_embedded
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, MissingTextures, extended
 from photonmap.runtime.files import named_image
@@ -30,6 +31,7 @@ from photonmap.scene.surfaces.metallic import (
 from photonmap.scene.surfaces.relief import STEEPEST, AnisotropyMap, NoRelief, NormalMap
 from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Floats
+from photonmap.spectra.fluorophores import read_fluorophores
 
 METALLIC_TEXTURE = "metallicRoughnessTexture"
 Channel = Callable[[Channels], Image]
@@ -77,7 +79,22 @@ def read_material(
         look["relief"] = relief
     if (emission := _emission(source)) is not None:
         look["emission"] = emission
-    return Material(source.name, **look)
+    return Material(source.name, **look, **_fluorescence(source))
+
+
+def _fluorescence(source: Source) -> dict[str, Any]:
+    """Return what glTF has no extension for, as the writer keeps it in extras."""
+    extras = source.item.get("extras")
+    held = extras.get("photonmap") if isinstance(extras, dict) else None
+    if not isinstance(held, dict) or "fluorescence" not in held:
+        return {}
+    with naming(f"material {shown(source.name)}: fluorescence", source.path):
+        fluorescence = read_fluorophores(held["fluorescence"], source.path.parent)
+    factor = source.number(held, "concentration", 1.0)
+    amount = source.times(
+        factor, held.get("concentrationTexture"), partial(Channels.image, linear=True)
+    )
+    return {"fluorescence": fluorescence, "fluorescence_concentration": amount}
 
 
 def _opaque(source: Source) -> dict[str, Any]:

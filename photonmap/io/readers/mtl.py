@@ -50,7 +50,10 @@ _MAPS = {f"map_{key}": parameter for key, parameter in _PARAMETERS.items() if pa
 _MAPS["map_Ks"] = _PARAMETERS["Ks"]
 _DATA = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm", "Ns")}
 """Maps in place of a number; they hold linear data."""
-_LINEAR = (*_DATA, "map_roughness", "map_Pc", "map_Pcr", "map_transmission")
+_LINEAR = (
+    *_DATA, "map_roughness", "map_Pc", "map_Pcr", "map_transmission",
+    "map_fluorescence_concentration",
+)  # fmt: skip
 _PHONG = ("map_Ks", "map_Ns")
 """Maps that are read only where they count, as many files name some that are not there."""
 _RELIEFS = ("norm", "bump", "map_bump", "map_Bump")

@@ -200,7 +200,7 @@ def _leave_out_anisotropy(draft: Draft) -> None:
 
 def _own_maps(draft: Draft) -> dict[str, Texture]:
     keys = {"glossy": "glossy", "roughness": "roughness", "coat": "Pc", "coat_roughness": "Pcr"}
-    keys |= {"transmission": "transmission"}
+    keys |= {name: name for name in ("transmission", "fluorescence_concentration")}
     maps = {attribute: draft.maps.get(f"map_{key}") for attribute, key in keys.items()}
     return {attribute: texture for attribute, texture in maps.items() if texture is not None}
 

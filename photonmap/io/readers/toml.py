@@ -19,8 +19,10 @@ from photonmap.scene.parameters import Parameter, Part, parameters_of
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture, is_spectral
 from photonmap.scene.textures import Texture, check_texture, shared_image
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
+from photonmap.spectra.fluorophores import read_fluorophores
 
 _PLACED = ("scale", "offset", "clamp")
+_NUMBERS = ("roughness", "metallic fraction", "concentration")  # Of which images are linear
 
 
 @dataclass(frozen=True)
@@ -109,13 +111,15 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
                 example = f"{parameter.key} = {parameter.example}"
                 raise InputError(f"{shown(value)} is not a file name; write {example}")
             return parameter.read(named_file(folder, value))
+        case parameters.Fluorescent():
+            return read_fluorophores(value, folder)
         case Part():
             return _parse_part(parameter, value, folder)
     return parameter.check(value)
 
 
 def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) -> Texture:
-    """Return the texture that a table describes; those of roughness and of metal are linear."""
+    """Return the texture that a table describes; those of `_NUMBERS` are linear."""
     if not isinstance(table.get("file"), str):
         raise InputError(f'{shown(table)} names no file; write {{ file = "IMAGE" }}')
     path = named_file(folder, table["file"])
@@ -123,7 +127,7 @@ def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) ->
         return _parse_spectral(parameter, table, path)
     _check_keys(table, ("file", *_PLACED, "factor", "linear"))
     placed, is_mask = _placement(table), parameter.noun == "opacity"
-    linear = _flag(table, "linear", parameter.noun in ("roughness", "metallic fraction"))
+    linear = _flag(table, "linear", parameter.noun in _NUMBERS)
     red, green, blue = _numbers(table, "factor", [1, 1, 1])
     image = shared_image(path, linear=linear, mask=is_mask)
     texture = Texture(image, **placed, factor=(red, green, blue))

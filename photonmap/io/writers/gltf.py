@@ -22,7 +22,14 @@ from photonmap.scene import lights
 from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera, check_camera, frame_of
 from photonmap.scene.material import LOBES, Material
 from photonmap.scene.mesh import Mesh
-from photonmap.scene.parameters import Emission, Parameter, Reflectance, Text, parameters_of
+from photonmap.scene.parameters import (
+    Emission,
+    Fluorescent,
+    Parameter,
+    Reflectance,
+    Text,
+    parameters_of,
+)
 from photonmap.scene.parameters import Part as PartParameter
 from photonmap.scene.projections import Orthographic, Pinhole
 from photonmap.scene.scene import Scene
@@ -254,7 +261,8 @@ def find_material_changes(wanted: Material, read: Material) -> Json:
             continue
         if attribute == "abbe" and wanted.dispersion is not None:
             continue
-        if not _is_same(parameter, value, other):
+        is_dye = isinstance(parameter, Fluorescent)
+        if value != other if is_dye else not _is_same(parameter, value, other):
             found[attribute] = value
     return found
 

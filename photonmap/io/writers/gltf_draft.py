@@ -35,6 +35,7 @@ from photonmap.scene.textures import (
 )
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Color, Floats
+from photonmap.spectra.fluorophores import describe_fluorophores
 
 Json = dict[str, Any]
 _TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
@@ -298,6 +299,11 @@ class MaterialWriter:
         elif material.own_coat_relief is None and "normalTexture" in item:
             coat["clearcoatNormalTexture"] = item["normalTexture"]
         item |= self.emission()
+        if material.fluorescence is not None:
+            described = {"fluorescence": describe_fluorophores(material.fluorescence)}
+            amount = material.fluorescence_concentration
+            described |= self.scalar(amount, "concentration", "concentrationTexture")
+            item["extras"] = {"photonmap": described}
         extensions = {"extensions": self.extensions} if self.extensions else {}
         return {"name": self.name, **item, **extensions}
 

@@ -17,11 +17,21 @@ from photonmap.scene.camera import Camera
 from photonmap.scene.images import write_image
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
-from photonmap.scene.parameters import Colored, File, Numbers, Parameter, Part, Whole, parameters_of
+from photonmap.scene.parameters import (
+    Colored,
+    File,
+    Fluorescent,
+    Numbers,
+    Parameter,
+    Part,
+    Whole,
+    parameters_of,
+)
 from photonmap.scene.scene import Scene, check_names
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import Texture
 from photonmap.spectra.curves import EXTRAPOLATE, Color, Spectrum
+from photonmap.spectra.fluorescence import DonaldsonMatrix, Fluorophore, as_fluorophores
 
 
 def write_scene(
@@ -77,6 +87,9 @@ def _value(parameter: Parameter, value: Any, assets: Assets, label: str) -> str:
             held = vars(value)
             pairs += _keys(type(value), held, assets, dict.fromkeys(held, label))
             return f"{{ {', '.join(pairs)} }}"
+        case Fluorescent():
+            tables = [_fluorophore(each, assets, label) for each in as_fluorophores(value)]
+            return tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]"
         case Colored():
             return _text(assets.color(value, label))
         case File():
@@ -84,6 +97,17 @@ def _value(parameter: Parameter, value: Any, assets: Assets, label: str) -> str:
         case Whole() | Numbers(each=Whole()):
             return json.dumps(value)
     return _text(value)
+
+
+def _fluorophore(each: Fluorophore, assets: Assets, label: str) -> str:
+    """Return the table of a fluorophore, whose curves are files."""
+    if isinstance(each, DonaldsonMatrix):
+        pairs = [f"matrix = {_text(assets.file(_MATRIX, each, label))}"]
+    else:
+        curves = (("excitation", each.excitation), ("emission", each.emission))
+        pairs = [f"{key} = {_text(assets.color(curve, label))}" for key, curve in curves]
+        pairs.append(f"quantum_efficiency = {_text(each.quantum_efficiency)}")
+    return f"{{ {', '.join([*pairs, *['anti_stokes = true'] * each.anti_stokes])} }}"
 
 
 def _text(value: Any) -> str:
@@ -95,6 +119,9 @@ def _text(value: Any) -> str:
 
 
 _LUMINANCE = np.array(LUMINANCE, np.float32)
+_MATRIX = File(
+    "Donaldson matrix", read=DonaldsonMatrix.read, save=DonaldsonMatrix.save, suffix=".npz"
+)
 
 
 def check_name(name: str) -> None:

@@ -14,8 +14,17 @@ from photonmap.scene.material import LOBES, Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, Emission, Text, check_parameters, parameters_of
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
-from photonmap.scene.textures import Texture, check_texture, is_black, mean_color, mean_number
-from photonmap.spectra.curves import LARGEST_REFLECTANCE
+from photonmap.scene.textures import (
+    Paint,
+    Texture,
+    check_texture,
+    is_black,
+    mean_color,
+    mean_number,
+)
+from photonmap.spectra.curves import LARGEST_REFLECTANCE, Spectrum
+from photonmap.spectra.fluorescence import most_quanta
+from photonmap.spectra.observer import upsample_reflectance
 
 LIKE_AIR = 1e-3
 """By how much an index may lie below 1: that of air is 1.0003, of which some files take account."""
@@ -68,6 +77,33 @@ def check_layers(material: Material) -> None:
         for other, remedy in lobe.clashes.items():
             if material.has(name) and material.has(other):
                 raise LayerError(material, (name, other), remedy)
+    if material.fluorescence is not None:
+        _check_fluorescence(material)
+
+
+def _check_fluorescence(material: Material) -> None:
+    """Check that no more photons leave than arrive; of textures, where they are brightest."""
+    if material.is_all_glass:
+        raise LayerError(material, ("fluorescence", "ior"), "glass has no diffuse base; remove one")
+    amount = material.fluorescence_concentration
+    amount = amount.largest if isinstance(amount, Texture) else amount
+    reflected = _curve_of(material.reflectance)
+    at, sent, kept = most_quanta(material.fluorescence, amount, reflected)
+    if sent + kept > LARGEST_REFLECTANCE:
+        remedy = (
+            f"of a photon at {at:g} nm they send out {sent:.3g} and {kept:.3g}; keep the sum "
+            "within 1, by a lower reflectance where light is taken up, or less concentration"
+        )
+        raise LayerError(material, ("fluorescence", "reflectance"), remedy)
+
+
+def _curve_of(paint: Paint) -> Spectrum:
+    """Return a reflectance over wavelength, at its brightest if it is a texture."""
+    if isinstance(paint, Spectrum):
+        return paint
+    return upsample_reflectance(
+        np.ones(3) * (paint.largest if isinstance(paint, Texture) else paint)
+    )
 
 
 def check_relative_indices(meshes: Sequence[Mesh]) -> None:
@@ -113,6 +149,8 @@ def _meet(mesh: Mesh, other: Mesh) -> bool:
 def name_kind(material: Material) -> str:
     """Return how a material reflects or transmits, in a few words."""
     opaque = "" if is_black(material.reflectance) else "diffuse"
+    if material.fluorescence is not None:
+        opaque = f"fluorescent {opaque}".strip()
     for name, lobe in LOBES.items():
         if material.has(name):
             opaque = lobe.over.format(opaque) if opaque else lobe.alone
