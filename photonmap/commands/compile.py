@@ -43,8 +43,6 @@ def run(options: argparse.Namespace) -> None:
         names = {pool.submit(compile_variant, *job): " ".join(job) for job in jobs}
         for number, done in enumerate(as_completed(names), start=1):
             done.result()
-            if not options.quiet:
-                seconds = time.perf_counter() - start
-                print(f"{number}/{len(jobs)} {names[done]}: {seconds:.0f} s", flush=True)
-    if not options.quiet:
-        print(describe_compiled())
+            seconds = time.perf_counter() - start
+            shared.say(options, f"{number}/{len(jobs)} {names[done]}: {seconds:.0f} s")
+    shared.say(options, describe_compiled())

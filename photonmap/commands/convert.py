@@ -29,10 +29,7 @@ def run(options: argparse.Namespace) -> None:
     output = Path(options.output)
     _check_output(scene_files(options.scene), output)
     source = SceneSource(options.scene, **shared.how_to_read(options))
-    written = save_scene(source.load(), output)
-    if not options.quiet:
-        for path in written:
-            print(path)
+    shared.say(options, *save_scene(source.load(), output))
 
 
 def _check_output(inputs: list[Path], output: Path) -> None:

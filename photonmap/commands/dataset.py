@@ -312,8 +312,7 @@ def _write_flow(folder: Path, options: argparse.Namespace) -> int:
 
     use_measured_sets(options.munsell, options.illuminants)
     written = write_flows(folder, shared.progress_log(options), options.scenes)
-    if not options.quiet:
-        print(f"{len(written)} pairs of views: {folder / FOLDER}")
+    shared.say(options, f"{len(written)} pairs of views: {folder / FOLDER}")
     return 0
 
 
@@ -324,8 +323,7 @@ def _write_export(folder: Path, output: Path, options: argparse.Namespace) -> in
     most = SHARD if options.shard_size is None else options.shard_size
     log = shared.progress_log(options)
     export(folder, output, options.layout, options.license, options.arrays, most, log)
-    if not options.quiet:
-        print(output)
+    shared.say(options, output)
     return 0
 
 
@@ -333,10 +331,7 @@ def _publish(folder: Path, options: argparse.Namespace) -> int:
     from photonmap.dataset.publication.publish import publish
 
     _check_license("publish", options)
-    written = publish(folder, options.license)
-    if not options.quiet:
-        for path in written:
-            print(path)
+    shared.say(options, *publish(folder, options.license))
     return 0
 
 

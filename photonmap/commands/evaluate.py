@@ -107,9 +107,9 @@ def run(options: argparse.Namespace) -> int:
     write_report(folder, evaluation, summaries, gallery, notes, tables)
     for method in evaluation.methods:
         shared.print_failures(method.failures, method.name)
-    if not options.quiet:
-        found = [line for table in tables for line in table.findings]
-        print(as_text(evaluation, summaries), *notes, *found, folder / "report.html", sep="\n")
+    found = [line for table in tables for line in table.findings]
+    text = as_text(evaluation, summaries)
+    shared.say(options, text, *notes, *found, folder / "report.html")
     return FAILED if evaluation.failed else 0
 
 

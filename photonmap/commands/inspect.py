@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from photonmap.commands import shared
+from photonmap.runtime.options import read_list
 
 HELP = "Write an HTML page that shows a render's buffers and the spectra of its pixels."
 
@@ -19,12 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     shared.add_value(parser, "output", "FILE.html", text, default_text="FILE.html", short="o")
     text = "show only these buffers; their names, separated by commas"
     usual = "all but masks, counts and covariance"
-    shared.add_value(parser, "buffers", "LIST", text, read=_split, default_text=usual)
+    shared.add_value(parser, "buffers", "LIST", text, read=read_list, default_text=usual)
     shared.add_quiet(parser)
-
-
-def _split(text: str) -> list[str]:
-    return text.split(",")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -40,5 +37,5 @@ def run(options: argparse.Namespace) -> None:
     files = [file for file in (options.file, options.other) if file is not None]
     results = [load_for_page(file, options.buffers) for file in files]
     write_page(results, [Path(file).name for file in files], page, options.buffers)
-    if not options.quiet:
-        print(f"the page: {page} ({page.stat().st_size / 1e6:.1f} MB); open it in a browser")
+    size = page.stat().st_size / 1e6
+    shared.say(options, f"the page: {page} ({size:.1f} MB); open it in a browser")

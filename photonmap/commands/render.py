@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from photonmap.commands import INTERRUPTED, shared
 from photonmap.io.scene_source import SceneSource
 from photonmap.runtime.progress import Progress, choose_progress
-from photonmap.runtime.terminal import ignoring_interrupts
+from photonmap.runtime.terminal import answering_interrupts
 from photonmap.scene.camera import ALL
 from photonmap.version import __version__
 from photonmap.viewer.live import ADDRESS, Tev
@@ -70,7 +70,7 @@ def _render(options: argparse.Namespace, source: SceneSource, output: str) -> in
         announce = None if options.quiet else partial(_announce, progress)
         chosen = Options(**given, progress=progress, watch=viewer)
         result = render_file(source, chosen, announce)
-        with ignoring_interrupts():
+        with answering_interrupts():
             progress.stage("write")
             result.save(output, options.buffers, options.white)
             if viewer is not None:

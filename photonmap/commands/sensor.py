@@ -61,10 +61,7 @@ def run(options: argparse.Namespace) -> None:
         with naming(str(image)):
             photo = expose(result, sensor, options.seed + number)
         written = save_photo(photo, folder)
-        if not options.quiet:
-            _report(image, photo)
-            for path in written:
-                print(path)
+        shared.say(options, _describe(image, photo), *written)
 
 
 def _folders(images: list[Path], output: str | None) -> dict[Path, Path]:
@@ -98,9 +95,9 @@ def _sensor(options: argparse.Namespace) -> Sensor:
     return replace(load_sensor(options.sensor), **given)
 
 
-def _report(image: Path, photo: Photo) -> None:
+def _describe(image: Path, photo: Photo) -> str:
     record = photo.record
-    print(
+    return (
         f"{image}: {record['time_s']:.4g} s at f/{record['sensor']['aperture']:g}, "
         f"ISO {record['sensor']['iso']:g}; {record['gain_dn_per_electron']:.4g} numbers per "
         f"electron, black {record['black']:.6g}, white {record['white']}; "

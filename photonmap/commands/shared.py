@@ -300,6 +300,12 @@ def progress_log(options: argparse.Namespace) -> Callable[[str], None]:
     return partial(print, file=sys.stderr, flush=True)
 
 
+def say(options: argparse.Namespace, *lines: object) -> None:
+    """Print lines at once; with --quiet, none."""
+    if not options.quiet:
+        print(*lines, sep="\n", flush=True)
+
+
 def print_failures(failures: Mapping[str, str], method: str = "") -> None:
     """Print each reason of failures by image, with some of the images, perhaps of a method."""
     for reason in dict.fromkeys(failures.values()):

@@ -32,11 +32,6 @@ def run(options: argparse.Namespace) -> None:
     missing = find_missing(parts, folder, options.resume)
     folder.mkdir(parents=True, exist_ok=True)
     for part in render_parts(missing, options.scheduler, options.workers):
-        _print(options, f"{part.output.name} is done")
+        shared.say(options, f"{part.output.name} is done")
     record = merge_parts(parts, folder, output, options.buffers, options.white).record
-    _print(options, f"{record['passes']} passes, error {record['error']:.4f}: {output}")
-
-
-def _print(options: argparse.Namespace, line: str) -> None:
-    if not options.quiet:
-        print(line, flush=True)
+    shared.say(options, f"{record['passes']} passes, error {record['error']:.4f}: {output}")

@@ -90,7 +90,7 @@ class PassSetup:
 
     def scene(self, index: int) -> SceneArrays:
         """Return the scene of pass `index`, which chooses a wavelength in each band for glass."""
-        arrays, specular = self._arrays, self.compiled.specular
+        arrays, specular = self.compiled.arrays, self.compiled.specular
         if specular is None or specular.media is None or specular.media.dispersion is None:
             return arrays
         media = arrays.specular.media
@@ -98,10 +98,6 @@ class PassSetup:
         step = int(self.key(index, Domain.WAVELENGTHS) % np.uint64(len(steps)))
         media = media._replace(dispersion=media.dispersion._replace(ior=steps[step]))
         return arrays._replace(specular=arrays.specular._replace(media=media))
-
-    @cached_property
-    def _arrays(self) -> SceneArrays:
-        return self.compiled.arrays
 
     def over_pixels(self, task: Callable[[Span], object]) -> None:
         """Run a task over spans of pixels."""
@@ -154,10 +150,6 @@ class Counters:
             "rays": self.rays,
             "rays_by_kind": dict(self.rays_by_kind),
         }
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return them by name."""
-        return asdict(self)
 
     def restore(self, counters: dict[str, Any]) -> None:
         """Go on from the counters of earlier passes."""

@@ -61,7 +61,7 @@ class RenderLoop:
                 warn(f"{checkpoint.path}: there is no checkpoint yet; starting from scratch")
         if self.pass_samples != 1.0:
             integrator.resize_passes(self.pass_samples)
-        self._counters = integrator.counters.as_dict()
+        self._counters = asdict(integrator.counters)
         self._forecast = Forecast(budget, self.resumed, self.earlier, integrator.shares)
 
     @property
@@ -182,7 +182,7 @@ class RenderLoop:
             if self._adaptive is not None:
                 self._adaptive.learn(whole.count - 1, estimate, integrator.plan)
             self._probe.probe(whole.count - 1, estimate, whole)
-            self._counters = integrator.counters.as_dict()
+            self._counters = asdict(integrator.counters)
             error, elapsed = self.error(), self.elapsed
             total = self._forecast.total(whole.count, error, elapsed, integrator.setup_seconds)
             progress.update(

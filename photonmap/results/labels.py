@@ -133,8 +133,6 @@ class Labels(Colors, Mapping[str, NDArray[Any]]):
         ------
         InputError : xarray is not installed
         """
-        from photonmap.results.labels import make_dataset
-
         return make_dataset(self.arrays, self.bands, self.record)
 
 

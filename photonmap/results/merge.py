@@ -7,7 +7,7 @@ within the runs and between them (Chan, Golub and LeVeque 1983).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +27,10 @@ from photonmap.film.pooling import (
     variance_divisor,
 )
 from photonmap.film.relative_error import relative_squares, valid_pixels
+from photonmap.results.relighting import sum_images
 from photonmap.results.result import Result, check_result
 from photonmap.runtime.fingerprint import difference
 from photonmap.runtime.wording import listed
-
-if TYPE_CHECKING:
-    from photonmap.results.result import Result
 
 Array = NDArray[np.float64]
 
@@ -115,15 +113,13 @@ def _merge_light(runs: list[_Run]) -> tuple[dict[str, Any], dict[str, Any]]:
             buffers[name], errors[name] = _pool(name, runs)
     for name in names_where(pooling="mean", per_light=True):
         if groups and name in buffers:
-            buffers[name] = _sum_images([buffers[group_name(name, group)] for group in groups])
+            buffers[name] = sum_images([buffers[group_name(name, group)] for group in groups])
     buffers["radiance"] = (buffers["emission"] + buffers["direct"]) + buffers["indirect"]
     errors["radiance"] = _pool("radiance", runs)[1]
     for group in (*groups, ""):
         _merge_shading(group, runs, buffers, errors)
     if groups:
-        buffers["shading"] = _sum_images(
-            [buffers[group_name("shading", group)] for group in groups]
-        )
+        buffers["shading"] = sum_images([buffers[group_name("shading", g)] for g in groups])
     return buffers, errors
 
 
@@ -148,13 +144,6 @@ def _merge_rest(runs: list[_Run]) -> dict[str, NDArray[Any]]:
             mean = pool_means(of_image, [values.astype(np.float64) for values in images])
             merged[name] = mean.astype(image.dtype)
     return merged
-
-
-def _sum_images(images: list[NDArray[np.float32]]) -> NDArray[np.float32]:
-    total = images[0].copy()
-    for image in images[1:]:
-        total += image
-    return total
 
 
 def _pool(name: str, runs: list[_Run]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -260,7 +249,8 @@ def _check_seeds(results: list[Result], names: Sequence[str]) -> None:
     """Raise InputError if the same passes would count twice."""
     owner: dict[int, str] = {}
     for result, name in zip(results, names, strict=True):
-        for seed in seeds_of(result.record):
+        for run in _runs_of(result.record):
+            seed = run["seed"]
             if seed in owner:
                 raise InputError(
                     f"{name} and {owner[seed]} both have seed {seed} and hold the same passes; "
@@ -270,11 +260,6 @@ def _check_seeds(results: list[Result], names: Sequence[str]) -> None:
 
 
 SUMS = ("passes", "photons", "photons_stored", "rays")
-
-
-def seeds_of(record: dict[str, Any]) -> list[int]:
-    """Return the seeds of a result: one, or those that were merged."""
-    return [run["seed"] for run in _runs_of(record)]
 
 
 def merge_records(records: list[dict[str, Any]], merged: Result) -> dict[str, Any]:

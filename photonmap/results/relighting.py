@@ -9,14 +9,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import group_name, names_where, row_of, split_name
+from photonmap.buffers import group_name, row_of, split_name
 from photonmap.errors import InputError, warn
+from photonmap.film.light_groups import OF_GROUPS
 from photonmap.results.labels import Arrays, Labels
 from photonmap.results.plots import Plots
 from photonmap.runtime.wording import shown, suggest
-
-OF_GROUPS = names_where(per_light=True)
-"""Buffers that are split by light group."""
 
 Gains = dict[str, NDArray[np.float64]]
 """(N,) by light group"""
@@ -99,9 +97,7 @@ def _sums(result: Labels, rest: Arrays, parts: Arrays, groups: list[str]) -> Arr
     for name in OF_GROUPS:
         found = [parts[each] for group in groups if (each := group_name(name, group)) in parts]
         if found:
-            whole[name] = found[0].copy()
-            for part in found[1:]:
-                whole[name] += part
+            whole[name] = sum_images(found)
     if not {"direct", "indirect"} <= whole.keys():
         return whole
     if "emission" in rest:
@@ -112,6 +108,14 @@ def _sums(result: Labels, rest: Arrays, parts: Arrays, groups: list[str]) -> Arr
         none = result.buffers["residual"] == 0.0
         whole["residual"] = np.where(none, 0.0, residual).astype(np.float32)
     return whole
+
+
+def sum_images(images: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """Return the sum of images, in their order."""
+    total = images[0].copy()
+    for image in images[1:]:
+        total += image
+    return total
 
 
 def _known_errors(result: Labels, factors: Gains) -> Arrays:

@@ -25,7 +25,6 @@ from photonmap.film.variance_smoothing import (
 )
 from photonmap.io.exr import Contents, name_errors, read_exr, write_exr, write_layers
 from photonmap.io.png import encode_png
-from photonmap.results.checks import as_images, as_record, check_shapes
 from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.files import save_all
 from photonmap.results.labels import Groups
@@ -33,6 +32,8 @@ from photonmap.results.plots import Plots
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.bands import Bands
+
+Images = dict[str, NDArray[Any]]
 
 
 @dataclass(eq=False, repr=False)
@@ -62,13 +63,13 @@ class Result(Plots):
 
     def __post_init__(self) -> None:
         """Take lists for arrays; raise `InputError` unless all images go together."""
-        self.buffers = as_images(self.buffers, "buffer")
-        self.errors = as_images(self.errors, "error")
-        self.block_errors = as_images(self.block_errors, "block error")
-        check_shapes(self.buffers, self.errors, self.block_errors, self.bands)
+        self.buffers = _as_images(self.buffers, "buffer")
+        self.errors = _as_images(self.errors, "error")
+        self.block_errors = _as_images(self.block_errors, "block error")
+        _check_shapes(self.buffers, self.errors, self.block_errors, self.bands)
         if not isinstance(self.record, dict):
             raise InputError(f"record {shown(self.record)} is no dictionary; {{}} for none")
-        self.record = as_record(self.record)
+        self.record = _as_record(self.record)
 
     def __repr__(self) -> str:
         width, height = self.size
@@ -346,6 +347,70 @@ def _reader(name: str) -> property:
 
 for _name in BUFFERS:
     setattr(Result, _name, _reader(_name))
+
+
+def _as_images(images: Mapping[str, Any], kind: str) -> Images:
+    """Return images by name, lists among them as arrays; messages call one of them by its kind.
+
+    An `InputError` says that they go by no names, or one is not numbers of shape (H, W) or (H, W,
+    N).
+    """
+    if not isinstance(images, Mapping):
+        raise InputError(f"{kind}s {shown(images)} go by no names; give arrays in a dictionary")
+    return {name: _as_image(image, f"{kind} {shown(name)}") for name, image in images.items()}
+
+
+def _as_image(image: Any, owner: str) -> NDArray[Any]:
+    try:
+        array = np.asanyarray(image)
+    except ValueError:
+        raise InputError(f"{owner} has lines of different lengths; make them equal") from None
+    if array.dtype.kind not in "biuf":
+        raise InputError(f"{owner} is of type {array.dtype}; give real numbers")
+    if array.ndim not in (2, 3):
+        raise InputError(f"{owner} has shape {array.shape}, not (H, W) or (H, W, N)")
+    return array
+
+
+def _check_shapes(buffers: Images, errors: Images, block_errors: Images, bands: Bands) -> None:
+    """Raise `InputError` unless all images are of one size and have all bands.
+
+    Errors have the shape of their buffer, where there is one; those of blocks a value for each.
+    """
+    if not isinstance(bands, Bands):
+        raise InputError(f"bands {shown(bands)} are no photonmap.Bands; take Bands.parse(…)")
+    if not buffers:
+        raise InputError("a result of no buffers; give one or more images by name")
+    first, image = next(iter(buffers.items()))
+    size = image.shape[:2]
+    blocks = tuple(-(-side // SIDE) for side in size)
+    for kind, images, sides in (
+        ("buffer", buffers, size),
+        ("error", errors, size),
+        ("block error", block_errors, blocks),
+    ):
+        for name, other in images.items():
+            row, own = row_of(name), buffers.get(name, other)
+            banded = row is not None and row.is_banded
+            wanted = (*sides, *((bands.count,) if banded else own.shape[2:]))
+            if other.shape != wanted:
+                found = f"{kind} {name!r} has shape {other.shape}"
+                raise InputError(f"{found}, not {wanted} as {first!r}")
+
+
+def _as_record(value: Any) -> Any:
+    """Return a record in plain Python types; what JSON cannot hold is an `InputError`."""
+    if value is None or type(value) in (str, int, float, bool):
+        return value
+    if isinstance(value, np.generic | np.ndarray):
+        return _as_record(value.tolist())
+    if isinstance(value, Mapping):
+        return {name: _as_record(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_as_record(each) for each in value]
+    if isinstance(value, str | int | float):
+        return value
+    raise InputError(f"the record has {shown(value)}, which JSON cannot hold; leave it out")
 
 
 def check_result(result: object) -> Result:

@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, TextIO, cast
@@ -52,12 +52,15 @@ def other_signals_as_ctrl_c() -> Iterator[Received]:
 
 
 @contextmanager
-def ignoring_interrupts() -> Iterator[None]:
-    """Ignore Ctrl-C where it would only lose work that is done."""
+def answering_interrupts(answer: Callable[[], None] = lambda: None) -> Iterator[None]:
+    """Call a function at Ctrl-C, by default none: where it would only lose work that is done.
+
+    Outside the main thread, Python delivers no Ctrl-C.
+    """
     if not _in_main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, lambda number, frame: None)
+    before = signal.signal(signal.SIGINT, lambda number, frame: answer())
     try:
         yield
     finally:

@@ -1,13 +1,13 @@
 """Threads that run a kernel over ranges of items, and stop between ranges on Ctrl-C."""
 
 import os
-import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
-from types import FrameType
+from contextlib import AbstractContextManager
 from typing import Any, Self
+
+from photonmap.runtime.terminal import answering_interrupts
 
 AUTO = "auto"
 """In place of a number of processes: as many as are fastest."""
@@ -38,26 +38,18 @@ class Workers:
         """Drop what has not begun, wait for what has."""
         self._pool.shutdown(cancel_futures=True)
 
-    @contextmanager
-    def holding_interrupts(self) -> Iterator[None]:
+    def holding_interrupts(self) -> AbstractContextManager[None]:
         """Let Ctrl-C interrupt `map` alone, where no array is left half-changed.
 
-        A second Ctrl-C interrupts at once. Outside the main thread, Python delivers no Ctrl-C.
+        A second Ctrl-C interrupts at once.
         """
 
-        def hold(number: int, frame: FrameType | None) -> None:
+        def hold() -> None:
             if self._stop.is_set():
                 raise KeyboardInterrupt
             self._stop.set()
 
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        before = signal.signal(signal.SIGINT, hold)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, before)
+        return answering_interrupts(hold)
 
     def map(self, task: Callable[[int], Any], count: int, uninterrupted: bool = False) -> list[Any]:
         """Return [task(0), …, task(count - 1)], or raise `KeyboardInterrupt` on Ctrl-C.

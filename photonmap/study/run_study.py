@@ -12,7 +12,7 @@ from photonmap.report.files import written_together
 from photonmap.report.pages import render_page
 from photonmap.report.plots import as_svg, save_figure
 from photonmap.report.tables import write_csv
-from photonmap.runtime.terminal import ignoring_interrupts
+from photonmap.runtime.terminal import answering_interrupts
 from photonmap.study import convergence, measure
 from photonmap.study.convergence import BUFFER, PATH, TARGETS, Findings, Law, Power
 from photonmap.study.errors import BUFFERS, CAPTIONS, REFERENCE_BANDS, Kind, color_bar
@@ -256,7 +256,7 @@ def run_study(study: measure.Study, extent: Extent, folder: Path) -> Outcome:
             if not study.points:
                 raise
             interrupted = True
-    with ignoring_interrupts():
+    with answering_interrupts():
         assert study.reference is not None
         threads = study.record["arguments"]["threads"]
         points = measure.choose_clock(study.points, others.share, threads)

@@ -482,17 +482,7 @@ def _interpolation(count: int, step: int) -> Any:
 
 
 METHODS = (
-    Method(
-        "sirfs",
-        estimate,
-        {
-            "steps": 300.0,
-            "smooth": 4.0,
-            "entropy": 1.0,
-            "absolute": 0.1,
-            "curvature": 1.0,
-            "facing": 0.1,
-            "light": 0.1,
-        },
-    ),
-)
+    Method("sirfs", estimate,
+           {"steps": 300.0, "smooth": 4.0, "entropy": 1.0, "absolute": 0.1, "curvature": 1.0,
+            "facing": 0.1, "light": 0.1}),
+)  # fmt: skip

@@ -85,7 +85,12 @@ class CacheTracer:
             ),
             bundles,
         )
-        self._count(*np.sum(counts, axis=0))
+        stores, rays, truncated = np.sum(counts, axis=0).tolist()
+        counters = self._counters
+        counters.stores += stores
+        counters.truncated += truncated
+        counters.photons += total
+        counters.add_rays(photon=rays)
         radiosity = setup.storage.zeros((layout.number, setup.bands))
         setup.workers.ranges(
             lambda first, last: sum_bundles(self._bundles, first, last, radiosity),
@@ -94,13 +99,6 @@ class CacheTracer:
         )
         radiosity /= layout.fraction
         return RadiosityCache(layout.cells, radiosity)
-
-    def _count(self, stores: np.integer, rays: np.integer, truncated: np.integer) -> None:
-        counters = self._counters
-        counters.stores += int(stores)
-        counters.truncated += int(truncated)
-        counters.photons += self._setup.photons
-        counters.add_rays(photon=int(rays))
 
     def _layout(self, index: int, wider: int) -> Layout:
         """Return cells whose area falls with the cube root of passes in the end, in steps of √2."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from photonmap.compile.lights.probabilities import make_cdf
 from photonmap.integrators.base import PassSetup
-from photonmap.integrators.photon_mapping.pilot import fraction_going_on
+from photonmap.integrators.photon_mapping.pilot import count_photons
 from photonmap.integrators.photon_mapping.specular_bounds import bound_specular_surfaces
 from photonmap.kernels.bsdf.models import LAMBERTIAN
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN
@@ -119,7 +119,8 @@ class CausticTracer:
         self._connects = can_connect(setup.view)
         arrays = setup.scene(0)
         lingering = _lingering_fraction(arrays, setup.bands, setup.key(0, Domain.LINGERING))
-        pilot = _pilot_size(lingering)
+        fitting = PILOT_REFLECTIONS / max(lingering * LONGEST_CHAIN, 1.0)
+        pilot = int(np.clip(fitting, PILOT // 16, PILOT))
         self._guide = even_guide(bound_specular_surfaces(arrays))
         found, _ = self._trace(0, pilot, Domain.CAUSTIC_PILOT)
         self._guide = learn(self._guide, found)
@@ -213,13 +214,7 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
     specular_only = scene._replace(
         specular=lossless, textures=textures, materials=black, scattering=scattering
     )
-    return fraction_going_on(specular_only, bands, LINGER_PILOT_PHOTONS, LINGER_REFLECTIONS, key)
-
-
-def _pilot_size(lingering: float) -> int:
-    """Return how many photons find specular surfaces."""
-    fitting = PILOT_REFLECTIONS / max(lingering * LONGEST_CHAIN, 1.0)
-    return int(np.clip(fitting, PILOT // 16, PILOT))
+    return count_photons(specular_only, bands, LINGER_PILOT_PHOTONS, LINGER_REFLECTIONS, key)[1]
 
 
 def _first_radius(positions: NDArray[np.float32], arriving: float) -> float:

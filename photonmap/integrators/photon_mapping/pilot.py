@@ -32,7 +32,7 @@ def do_photons_hit(setup: PassSetup) -> bool:
 def stores_per_photon(setup: PassSetup, bounces: int) -> float:
     """Return how many times a photon is stored on average before it is truncated."""
     photons, key = min(setup.photons, PILOT), setup.key(0, Domain.PHOTON_HITS)
-    return _trace(setup.scene(0), setup.bands, photons, bounces, key)[0]
+    return count_photons(setup.scene(0), setup.bands, photons, bounces, key)[0]
 
 
 def truncated_fraction(compiled: CompiledScene, bands: int, bounces: int, key: np.uint64) -> float:
@@ -48,20 +48,13 @@ def truncated_fraction(compiled: CompiledScene, bands: int, bounces: int, key: n
         largest = 1.0
     if largest**bounces < SMALLEST_FRACTION:
         return 0.0
-    return fraction_going_on(compiled.arrays, bands, PILOT, bounces, key)
+    return count_photons(compiled.arrays, bands, PILOT, bounces, key)[1]
 
 
-def fraction_going_on(
-    scene: SceneArrays, bands: int, photons: int, bounces: int, key: np.uint64
-) -> float:
-    """Return which fraction of photons goes on after so many bounces."""
-    return _trace(scene, bands, photons, bounces, key)[1]
-
-
-def _trace(
+def count_photons(
     scene: SceneArrays, bands: int, photons: int, bounces: int, key: np.uint64
 ) -> tuple[float, float]:
-    """Return how often photons are stored on average, and which fraction is truncated."""
+    """Return how often photons are stored on average, and which fraction goes on after bounces."""
     cells = one_cell(len(scene.geometry.triangles))
     cache = RadiosityCache(cells, np.empty((1, bands), np.float32))
     span, scratch = Span(0, photons), np.empty((2, bands), np.float32)
