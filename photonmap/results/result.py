@@ -27,13 +27,11 @@ from photonmap.io.exr import Contents, name_errors, read_exr, write_exr, write_l
 from photonmap.io.png import encode_png
 from photonmap.results.colors import SCENE, Image, White
 from photonmap.results.files import save_all
-from photonmap.results.labels import Groups
+from photonmap.results.labels import Arrays, Groups
 from photonmap.results.plots import Plots
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.bands import Bands
-
-Images = dict[str, NDArray[Any]]
 
 
 @dataclass(eq=False, repr=False)
@@ -349,7 +347,7 @@ for _name in BUFFERS:
     setattr(Result, _name, _reader(_name))
 
 
-def _as_images(images: Mapping[str, Any], kind: str) -> Images:
+def _as_images(images: Mapping[str, Any], kind: str) -> Arrays:
     """Return images by name, lists among them as arrays; messages call one of them by its kind.
 
     An `InputError` says that they go by no names, or one is not numbers of shape (H, W) or (H, W,
@@ -372,7 +370,7 @@ def _as_image(image: Any, owner: str) -> NDArray[Any]:
     return array
 
 
-def _check_shapes(buffers: Images, errors: Images, block_errors: Images, bands: Bands) -> None:
+def _check_shapes(buffers: Arrays, errors: Arrays, block_errors: Arrays, bands: Bands) -> None:
     """Raise `InputError` unless all images are of one size and have all bands.
 
     Errors have the shape of their buffer, where there is one; those of blocks a value for each.

@@ -12,7 +12,7 @@ import numpy as np
 
 from photonmap.evaluate.bench.images import ONE_LIGHT, TWO_LIGHTS, WHITE_LIGHT
 from photonmap.evaluate.bench.measure import MEAN_LAYER, Column
-from photonmap.evaluate.bench.scores import Evaluation, MethodScores
+from photonmap.evaluate.bench.scores import Evaluation
 from photonmap.evaluate.experiments.paper_table import METRIC
 from photonmap.evaluate.intervals import group_by_scene, paired_test, scene_interval
 from photonmap.evaluate.metrics.arrays import Floats
@@ -42,7 +42,9 @@ def cost_table(everything: Evaluation, direct: Evaluation, banded: Evaluation) -
             pair = [_by_scene(scores, everything, light) for light in (before, after)]
             cells.append(_change(pair[0], pair[1], sorted(set(everything.scenes))))
         cells.append(_change(scores, _of(method.name, banded), everything.scenes))
-        cells.append(_noise(method, scores))
+        noisier = method.drawn(COLUMN)
+        more = float(noisier.mean() - np.nanmean(scores)) if len(noisier) else None
+        cells.append(Cell(more))
         rows.append((method.name, cells))
     if not rows:
         return None
@@ -87,14 +89,6 @@ def _change(before: Floats, after: Floats, scenes: Sequence[str]) -> Cell:
     ends = interval(scene_interval(groups))
     p_value = paired_test(after, before, scenes)
     return Cell(float(np.concatenate(groups).mean()), f"{ends} p {number(p_value)}".strip())
-
-
-def _noise(method: MethodScores, scores: Floats) -> Cell:
-    """Return how much higher scores are against a truth with more noise."""
-    drawn = method.drawn(COLUMN)
-    if not len(drawn):
-        return Cell(None)
-    return Cell(float(drawn.mean() - np.nanmean(scores)))
 
 
 def _findings(rows: Sequence[tuple[str, Sequence[Cell]]]) -> list[str]:
