@@ -88,7 +88,9 @@ class Image(Mapping[str, Array]):
         path = inside(self.folder, RGB_EXR)
         if path.is_file():
             return Parts(path)
-        return Arrays(as_rgb(self.result, with_table(self._space, self._locate)).buffers)
+        folder = self.folder.parent
+        space = with_table(self._space, lambda path: str(inside(folder, path.as_posix())))
+        return Arrays(as_rgb(self.result, space).buffers)
 
     @cached_property
     def srgb(self) -> Mapping[str, Array]:
@@ -101,9 +103,6 @@ class Image(Mapping[str, Array]):
     def _space(self) -> str:
         """The set's RGB."""
         return self.entry.get("rgb", {}).get("space", SRGB)
-
-    def _locate(self, path: Path) -> str:
-        return str(inside(self.folder.parent, path.as_posix()))
 
     @cached_property
     def photo(self) -> Photo:

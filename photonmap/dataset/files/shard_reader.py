@@ -6,7 +6,6 @@ import io
 import json
 import math
 from collections.abc import Iterator, Mapping
-from functools import cached_property
 from http import HTTPStatus
 from http.client import HTTPException
 from os import PathLike
@@ -69,7 +68,7 @@ class Sample(Mapping[str, Any]):
         return len(self.line["members"])
 
 
-class Shards(Mapping[str, Sample]):
+class Shards(dict[str, Sample]):
     """The samples of an exported data set by the names of their images.
 
     Parameters
@@ -80,12 +79,6 @@ class Shards(Mapping[str, Sample]):
     def __init__(self, where: str | PathLike[str]) -> None:
         text = str(where)
         self.where = text.rstrip("/") if _is_remote(text) else Path(where).resolve().as_uri()
-
-    def __repr__(self) -> str:
-        return f"<Shards {self.where}: {len(self)} samples>"
-
-    @cached_property
-    def _lines(self) -> dict[str, dict[str, Any]]:
         address = f"{self.where}/{_INDEX}"
         try:
             texts = _read(address).decode().removesuffix("\n").split("\n")
@@ -97,21 +90,15 @@ class Shards(Mapping[str, Sample]):
                 raise InputError(f"is damaged: {fault}; {_AGAIN}", address, number)
             check_inside(line["name"], f"{address}:{number}", is_part=True)
             check_inside(line["shard"], f"{address}:{number}: {line['name']}", is_part=True)
-        found = {line["name"]: line for line in lines}
-        if len(found) < len(lines):
+        super().__init__((line["name"], Sample(self.where, line)) for line in lines)
+        if len(self) < len(lines):
             raise InputError(f"has a sample twice; {_AGAIN}", address)
-        return found
 
-    def __getitem__(self, name: str) -> Sample:
-        if name not in self._lines:
-            raise KeyError(f"there is no sample {name!r}; {suggest(name, self._lines)}")
-        return Sample(self.where, self._lines[name])
+    def __repr__(self) -> str:
+        return f"<Shards {self.where}: {len(self)} samples>"
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._lines)
-
-    def __len__(self) -> int:
-        return len(self._lines)
+    def __missing__(self, name: str) -> Sample:
+        raise KeyError(f"there is no sample {name!r}; {suggest(name, self)}")
 
 
 def open_shards(where: str | PathLike[str]) -> Shards:
@@ -121,9 +108,7 @@ def open_shards(where: str | PathLike[str]) -> Shards:
     ------
     InputError : there is no index
     """
-    shards = Shards(where)
-    len(shards)
-    return shards
+    return Shards(where)
 
 
 def _is_remote(where: str) -> bool:

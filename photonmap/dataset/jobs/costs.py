@@ -169,8 +169,10 @@ def estimate(task: Callable[[Job, str], Task], jobs: Sequence[Job]) -> dict[str,
 def _pilot(task: Callable[[Job, str], Task], job: Job) -> tuple[Cost, Cost]:
     """Return the cost of an image, from a smaller one, and what building its scene first adds."""
     width, height = job.common.size
-    size = _reduced(job.common.size)
-    scale = width * height / (size[0] * size[1])
+    area = width * height
+    part = math.sqrt(min(max(area / _SMALLER**2, LEAST_PHOTONS), area) / area)
+    size = max(round(width * part), 1), max(round(height * part), 1)
+    scale = area / (size[0] * size[1])
     small = replace(job, common=replace(job.common, size=size))
     with tempfile.TemporaryDirectory(prefix="photonmap-") as folder:
         work = task(small, folder)
@@ -182,20 +184,12 @@ def _pilot(task: Callable[[Job, str], Task], job: Job) -> tuple[Cost, Cost]:
     again = min(time.perf_counter() - start, entry["seconds"]["build"])
     seconds = entry["seconds"]
     limit = work.time_limit or math.inf
-    photons = usual_photons(width * height) / usual_photons(size[0] * size[1])
+    photons = usual_photons(area) / usual_photons(size[0] * size[1])
     rendering = min(seconds["render"] * (scale + photons) / 2.0, limit)
     busy = entry["cpu_seconds"] / max(sum(seconds.values()), 1e-9)
     total = again + rendering + seconds["write"] * scale
     building = seconds["build"] - again
     return Cost(1, total, total * busy, size_of_files * scale), Cost(0, building, building * busy)
-
-
-def _reduced(size: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of a pilot."""
-    area = size[0] * size[1]
-    pixels = min(max(area / _SMALLER**2, LEAST_PHOTONS), area)
-    width, height = (round(length * math.sqrt(pixels / area)) for length in size)
-    return max(width, 1), max(height, 1)
 
 
 def list_costs(costs: dict[str, Cost]) -> Iterator[str]:

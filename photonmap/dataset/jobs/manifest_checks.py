@@ -127,7 +127,9 @@ def check_entry(image: Image, head: Mapping[str, Any]) -> Iterator[str]:
         yield f"{ENTRY} in its folder is not what the manifest says of it"
     yield from _photo_faults(image, head)
     if "arrays" in entry:
-        yield from _array_faults(image)
+        in_file = set(image_files.list_arrays(image.folder))
+        if differ := sorted(in_file ^ set(map(current_name, entry["arrays"]))):
+            yield f"arrays are not those of its file: {listed(differ, 3)}"
     if "statistics" in entry:
         yield from check_statistics(image)
 
@@ -172,14 +174,6 @@ def _photo_faults(image: Image, head: Mapping[str, Any]) -> Iterator[str]:
             yield f"the photo is not by the set's sensor, as {listed(names, 3)} differ"
 
 
-def _array_faults(image: Image) -> Iterator[str]:
-    """Yield the arrays that the image's file has, but not the manifest, or the other way round."""
-    there = set(image_files.list_arrays(image.folder))
-    told = set(map(current_name, image.entry["arrays"]))
-    if there != told:
-        yield f"arrays are not those of its file: {listed(sorted(there ^ told), 3)}"
-
-
 def check_scene(image: Image, scene: Scene) -> Iterator[str]:
     """Yield what an entry says of lights, surfaces and the camera that the scene does not."""
     result = image.result
@@ -201,38 +195,30 @@ def _differences(
 ) -> Iterator[str]:
     """Yield the values that a manifest has otherwise; keys that old manifests lack are left out."""
     for name, value in json.loads(json.dumps(wanted)).items():
-        if name in there and not _same(there[name], value, close):
-            path, one, other = _first_difference(there[name], value, close)
+        if name in there and (found := _first_difference(there[name], value, close)):
+            path, one, other = found
             told = f"{prefix}{name}{path} is {shown(one)}"
             yield f"{told} in the manifest, but {shown(other)} {where}"
 
 
-def _same(one: Any, other: Any, close: float) -> bool:
-    """Return whether two values from JSON are the same, numbers but for rounding."""
-    return _first_difference(one, other, close) == ("", None, None)
+def _first_difference(one: Any, other: Any, close: float) -> tuple[str, Any, Any] | None:
+    """Return the place where two values from JSON differ, and both values there; None if nowhere.
 
-
-def _first_difference(one: Any, other: Any, close: float) -> tuple[str, Any, Any]:
-    """Return the place where two values from JSON differ, and both values there."""
-    pairs: Sequence[tuple[str, Any, Any]] = ()
+    Numbers may differ by rounding, `close`.
+    """
     if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
         pairs = [(f".{name}", one[name], other[name]) for name in one]
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         pairs = [(f"[{n}]", *pair) for n, pair in enumerate(zip(one, other, strict=True))]
-    elif isinstance(one, float | int) and isinstance(other, float | int) and close:
-        is_flag = isinstance(one, bool) or isinstance(other, bool)
-        if one == other if is_flag else math.isclose(one, other, rel_tol=close, abs_tol=2 * close):
-            return "", None, None
-        return "", one, other
-    elif type(one) is type(other) and one == other:
-        return "", None, None
+    elif close and {type(one), type(other)} <= {float, int}:
+        is_same = math.isclose(one, other, rel_tol=close, abs_tol=2 * close)
+        return None if is_same else ("", one, other)
     else:
-        return "", one, other
+        return None if type(one) is type(other) and one == other else ("", one, other)
     for name, first, second in pairs:
-        place, *values = _first_difference(first, second, close)
-        if (place, *values) != ("", None, None):
-            return f"{name}{place}", values[0], values[1]
-    return "", None, None
+        if found := _first_difference(first, second, close):
+            return f"{name}{found[0]}", found[1], found[2]
+    return None
 
 
 def check_statistics(image: Image) -> Iterator[str]:

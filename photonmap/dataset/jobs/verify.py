@@ -113,7 +113,7 @@ def _faults(image: Image, head: Head, log: Log, find: Find) -> Iterator[str]:
             return
         yield from check_files(image, head)
         result = image.result
-        yield from check_numbers(result)
+        yield from (f"{n} has NaN" for n, array in result.arrays.items() if np.isnan(array).any())
         yield from check_digests(image)
         yield from check_identities(result, is_full(image), image.chosen)
         yield from check_rgb(image)
@@ -202,13 +202,6 @@ def check_digests(image: Image) -> Iterator[str]:
     found = image_files.digests(image.result)
     if changed := [name for name, digest in wanted.items() if found.get(name) != digest]:
         yield f"arrays differ from those that were rendered: {', '.join(changed)}"
-
-
-def check_numbers(result: Result) -> Iterator[str]:
-    """Yield the arrays that hold NaN."""
-    for name, array in result.arrays.items():
-        if np.isnan(array).any():
-            yield f"{name} has NaN"
 
 
 def check_identities(

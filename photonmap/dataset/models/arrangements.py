@@ -2,41 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from photonmap.dataset.models.materials import Draw, Range
-from photonmap.dataset.models.scene_object import SceneObject, Support, overlap
-from photonmap.dataset.models.small_objects import (
-    ball,
-    block,
-    block_stack,
-    book,
-    crate,
-    knot_sculpture,
-    paper_roll,
-    pebble,
-    quadric_sculpture,
-    ring_tower,
-    soap_bottle,
-    tin,
-    toolbox,
-    towel,
-)
-from photonmap.dataset.models.vessels import bottle, bowl, cup, vase
-
-Maker = Callable[[Draw], SceneObject]
-"""Makes an object at the origin."""
+from photonmap.dataset.models.scene_object import Maker, SceneObject, Support, overlap
+from photonmap.dataset.models.small_objects import book, draw_vessels
 
 _ATTEMPTS = 24  # random positions tried for an object before it is left out
 _GAP = 0.012  # least distance between objects on one support, metres
-
-
-def sized(make: Callable[[Draw, float], SceneObject], size: float) -> Maker:
-    """Return a maker of objects of one size, metres."""
-    return lambda draw: make(draw, size)
 
 
 def scatter(
@@ -100,37 +76,6 @@ def place_at(support: Support, obj: SceneObject, x: float = 0.5, z: float = 0.5)
 def _footprint(obj: SceneObject) -> np.ndarray:
     """Return the bounds of an object widened by half of the gap, (2, 3), metres."""
     return obj.bounds + np.outer((-1.0, 1.0), (0.5 * _GAP, 0.0, 0.5 * _GAP))
-
-
-def draw_vessels(draw: Draw, count: int, small: bool = False) -> list[Maker]:
-    """Draw makers of vessels."""
-    tall = 0.17 if small else 0.26
-    makers = [sized(vase, tall), sized(bowl, 0.4 * tall + 0.02), bottle, cup]
-    return draw.several(makers, count)
-
-
-TOYS: Sequence[Maker] = (
-    sized(ball, 0.07),
-    sized(block_stack, 0.065),
-    sized(block, 0.07),
-    sized(block, 0.07),
-    lambda draw: ring_tower(draw, 0.085, 4),
-)
-TOILETRIES: Sequence[Maker] = (soap_bottle, paper_roll, towel)
-SHOP_THINGS: Sequence[Maker] = (tin, tin, toolbox, sized(crate, 0.2))
-
-
-def draw_sculpture(draw: Draw, size: float) -> Maker:
-    """Draw a maker of a sculpture."""
-    makers: list[Maker] = [
-        sized(knot_sculpture, 0.5 * size),
-        sized(quadric_sculpture, size),
-        sized(pebble, 0.55 * size),
-        sized(vase, 1.5 * size),
-    ]
-    # The second permutation is not used; without it, later draws would be others.
-    first, _ = draw.rng.permutation(len(makers)), draw.rng.permutation(len(makers))
-    return makers[int(first[0])]
 
 
 def row_of_books(draw: Draw, support: Support, fraction: float = 1.0) -> list[SceneObject]:

@@ -116,11 +116,8 @@ def shelf(draw: Draw, width: float, height: float, boards: int, depth: float = 0
     yield box(inner, _BOARD, depth - 0.012), [(0.0, y, 0.006) for y in levels], paint
     half, room = 0.5 * inner - 0.008, [step - _BOARD - 0.02] * (boards - 1) + [0.6]
     inside = (-0.5 * depth + 0.02, 0.5 * depth - 0.012)
-    supports = [
-        Support((-half, half), inside, y + _BOARD, free)
-        for y, free in zip(levels, room, strict=True)
-    ]
-    yield from supports
+    for y, free in zip(levels, room, strict=True):
+        yield Support((-half, half), inside, y + _BOARD, free)
 
 
 @model("wall shelf")
@@ -245,19 +242,15 @@ def sofa(draw: Draw, seats: int) -> Table:
     yield cylinder(0.025, 0.08, segments=24), feet, draw.grey(3)
     places = [((index - 0.5 * (seats - 1)) * 0.62, 0.31, 0.09) for index in range(seats)]
     yield box(0.61, 0.15, 0.62, 0.05, 4), places, cloth
+    cushion = superquadric((0.4, 0.14, 0.4), 1.0, 0.35, 40, 64).turned(68.0, 0)
     for x in (-0.5 * wide + 0.22, 0.5 * wide - 0.22)[: min(seats, 2)]:
-        yield _leaning_cushion(draw), (x, 0.45, -0.06), draw.accent()
+        leaning = cushion.turned(draw.number(-12.0, 12.0)).resting()
+        yield leaning, (x, 0.45, -0.06), draw.accent()
 
 
 def armchair(draw: Draw) -> SceneObject:
     """Return a sofa of one seat."""
     return replace(sofa(draw, 1), name="armchair")
-
-
-def _leaning_cushion(draw: Draw) -> Shape:
-    """Return a cushion that leans against the back of a sofa."""
-    shape = superquadric((0.4, 0.14, 0.4), 1.0, 0.35, 40, 64).turned(68.0, 0)
-    return shape.turned(draw.number(-12.0, 12.0)).resting()
 
 
 @model("bench")

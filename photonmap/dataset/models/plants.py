@@ -20,7 +20,7 @@ from photonmap.dataset.models.shapes import (
     sphere,
     tube,
 )
-from photonmap.dataset.models.vessels import pot_shape
+from photonmap.dataset.models.small_objects import pot_shape
 
 
 @model("plant")

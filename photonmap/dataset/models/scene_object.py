@@ -182,16 +182,18 @@ def overlap(first: Floats, second: Floats) -> bool:
     return bool((high - low > CONTACT_TOLERANCE).all(axis=2).any())
 
 
-def single_part(name: str, shape: Shape, material: Material) -> SceneObject:
-    """Return an object of one part."""
-    return SceneObject(name, [Part(shape, material)])
+Maker = Callable[[Draw], SceneObject]
+"""Makes an object at the origin."""
 
 
-def solid(
-    name: str, make: Callable[[Draw], tuple[Shape, Material]]
-) -> Callable[[Draw], SceneObject]:
+def sized(make: Callable[[Draw, float], SceneObject], size: float) -> Maker:
+    """Return a maker of objects of one size, metres."""
+    return lambda draw: make(draw, size)
+
+
+def solid(name: str, make: Callable[[Draw], tuple[Shape, Material]]) -> Maker:
     """Return a maker of an object of one part."""
-    return lambda draw: single_part(name, *make(draw))
+    return lambda draw: SceneObject(name, [Part(*make(draw))])
 
 
 def dealt(shapes: Iterable[Shape], materials: Sequence[Material]) -> list[Part]:

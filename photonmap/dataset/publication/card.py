@@ -55,31 +55,17 @@ _SIZES = ((1000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (10**6,
 """Categories of Hugging Face's cards by the numbers of images below which they hold."""
 
 _LISTED = 12  # combinations of lights that are listed of an illumination
-_LIMITS = """\
-- Surfaces, lights and rooms are built by rules; their distribution is not that of the world.
-- Standard errors are those of the Monte Carlo estimate; the bias is estimated apart, and the error
-  of each image includes it.
-- Shading is exact where `pure` is true; in other pixels it is a mean weighted by reflectance.
-- Projection to RGB does not commute with products: `residual` holds what is left over."""
 
 
-_READING = """\
-```python
-from photonmap import dataset
-
-for image in dataset.open("."):
-    image["reflectance"], image["shading"], image.rgb["radiance"]
-```
-
-The EXR files are multi-part OpenEXR, which other readers open as well; `manifest.jsonl` describes
-each image, {annotations}and `cameras.json` the cameras.
-`sha256sum -c SHA256SUMS` checks all files."""
-_ANNOTATIONS = "`annotations.json` the objects in COCO's format, "
+def how_to_read(layout: str, has_annotations: bool = True) -> str:
+    """Return how the files of a layout are read, in Markdown; "folder" is that of `publish`."""
+    annotations = "`annotations.json` the objects in COCO's format, " * has_annotations
+    return _read(f"reading_{layout}").removesuffix("\n").replace("{annotations}", annotations)
 
 
-def describe_reading(has_annotations: bool = True) -> str:
-    """Return how the files of a published set are read, in Markdown."""
-    return _READING.format(annotations=_ANNOTATIONS if has_annotations else "")
+def _read(name: str) -> str:
+    """Return a text of this package."""
+    return Path(__file__).with_name(f"{name}.md").read_text(encoding="utf-8")
 
 
 def write_card(
@@ -89,38 +75,28 @@ def write_card(
 
     `reading` says how the files are read; `head` has further lines of the head, in YAML.
     """
-    entries = images.entries
-    return "\n".join(
-        [
-            *_head(len(entries), license_, head),
-            f"# {title}",
-            "",
-            f"{len(entries)} renders of {len(images.geometries)} scenes as ground truth for "
-            "intrinsic images: radiance, direct and indirect light, reflectance and shading, each "
-            "with depth, normals, ids and standard errors.",
-            "",
-            *_section("Images", [*_counts(images), *_left_out(images)]),
-            *_section("Distributions", _distributions(entries)),
-            *_section("Errors and cost", _errors(entries)),
-            *_section("How it was made", _origin(images)),
-            *_section("Known limits", [_LIMITS]),
-            *_section("Reading", [reading]),
-            *_section("Licence", _licence(images, license_)),
-        ]
+    entries, common = images.entries, images.head["common"]
+    width, height = common["size"]
+    versions = (f"{name} {version}" for name, version in images.head["versions"].items())
+    return _read("card").format(
+        license_id=license_.name.lower() if license_.url else "other",
+        size=next((name for most, name in _SIZES if len(entries) < most), "n>1M"),
+        head="".join(f"\n{line}" for line in head),
+        title=title,
+        count=len(entries),
+        scenes=len(images.geometries),
+        images="\n".join([*_counts(images), *_left_out(images)]),
+        distributions="\n".join(_distributions(entries)),
+        errors="\n".join(_errors(entries)),
+        preset=Path(images.head["preset"]).name,
+        width=width,
+        height=height,
+        **{name: common[name] for name in ("bands", "error", "materials")},
+        rgb=common.get("rgb", "srgb"),
+        versions=", ".join(versions),
+        reading=reading,
+        licence=_licence(common, license_),
     )
-
-
-def _head(count: int, license_: License, more: Sequence[str]) -> list[str]:
-    size = next((name for most, name in _SIZES if count < most), "n>1M")
-    name = license_.name.lower() if license_.url else "other"
-    return [
-        "---", f"license: {name}", "task_categories:", "- image-to-image", "tags:",
-        "- intrinsic-images", "- synthetic", "size_categories:", f"- {size}", *more, "---", "",
-    ]  # fmt: skip
-
-
-def _section(title: str, lines: Iterable[str]) -> list[str]:
-    return [f"## {title}", "", *lines, ""]
 
 
 def _table(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:
@@ -205,20 +181,6 @@ def _spread(values: Sequence[float]) -> tuple[str, str]:
     return (f"{np.mean(values):.4f}", f"{max(values):.4f}") if values else ("–", "–")
 
 
-def _origin(images: Dataset) -> list[str]:
-    common = images.head["common"]
-    width, height = common["size"]
-    versions = ", ".join(f"{name} {version}" for name, version in images.head["versions"].items())
-    preset = Path(images.head["preset"]).name
-    return [
-        f"Photon mapping by photonmap, preset `{preset}`, {width}×{height} pixels, "
-        f"bands `{common['bands']}`, error {common['error']}, materials {common['materials']}, RGB "
-        f"in `{common.get('rgb', 'srgb')}`.",
-        "",
-        f"Versions: {versions}.",
-    ]
-
-
 _INCLUDED = {
     "munsell": "Munsell chips are spectra that photonmap (MIT) recovered from the renotation of "
     "Newhall, Nickerson and Judd (1943), as colour-science (BSD-3-Clause) has it.",
@@ -228,8 +190,7 @@ _INCLUDED = {
 """Sources of the spectra that photonmap includes, and their licences, by the option for others."""
 
 
-def _licence(images: Dataset, license_: License) -> list[str]:
-    common = images.head["common"]
+def _licence(common: dict[str, Any], license_: License) -> str:
     sets = {"munsell": "Munsell chips", "illuminants": "spectra of lights"}
     given = [f"{label} of `{common[name]}`" for name, label in sets.items() if common.get(name)]
     own = [text for name, text in _INCLUDED.items() if not common.get(name)]
@@ -239,4 +200,4 @@ def _licence(images: Dataset, license_: License) -> list[str]:
     )
     where = f" ({license_.url})" if license_.url else ""
     text = f"{license_.name}{where}, see `LICENSE`. {measured if given else ''}{' '.join(own)}"
-    return [text.strip()]
+    return text.strip()

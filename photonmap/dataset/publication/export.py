@@ -24,7 +24,7 @@ from photonmap.dataset.files.image_files import PREVIEWED, hash_files, previews
 from photonmap.dataset.files.inside import inside
 from photonmap.dataset.files.manifest import warn_of_left_out
 from photonmap.dataset.files.reader import Image, open_dataset
-from photonmap.dataset.publication.card import find_license, write_card
+from photonmap.dataset.publication.card import find_license, how_to_read, write_card
 from photonmap.dataset.publication.publish import (
     CARD,
     LICENSE,
@@ -45,33 +45,6 @@ LAYOUTS = (WEBDATASET, HUGGING_FACE)
 SHARD = 2.0**29
 """Usual bytes of a shard."""
 _LEAST = 4096  # fewest bytes of a shard that can be asked for
-
-_READING = {
-    WEBDATASET: """\
-```python
-import webdataset
-
-for sample in webdataset.WebDataset("train-000000.tar").decode():
-    sample["rgb.reflectance.npy"], sample["rgb.shading.npy"], sample["json"]
-```
-
-`index.jsonl` says where each sample and each of its files lies, as offset and length in bytes, so
-that single arrays can be read over HTTP: `photonmap.dataset.open_shards(URL)[NAME]["rgb.shading"]`.
-`shards.json` has sizes and checksums.""",
-    HUGGING_FACE: """\
-```python
-import io
-
-import datasets
-import numpy
-
-for row in datasets.load_dataset(".", split="train"):
-    row["radiance"]  # a picture, 8-bit sRGB
-    numpy.load(io.BytesIO(row["rgb_shading_npy"]))  # the array
-```
-
-`manifest` of a row is what is known of its image, as JSON. A row is a row group of its own.""",
-}
 
 
 def export(
@@ -121,7 +94,7 @@ def export(
         write(made, Samples(parts, wanted, most, log))
         head = _configs(list(parts)) if layout == HUGGING_FACE else []
         title = images.folder.resolve().name
-        card = write_card(images, license_, title, _READING[layout], head)
+        card = write_card(images, license_, title, how_to_read(layout), head)
         (made / CARD).write_text(card, encoding="utf-8")
         (made / LICENSE).write_text(license_.text, encoding="utf-8")
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import csv
+import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,49 +22,10 @@ FIRST_OWN = 1001
 """Number of the first kind of objects that is not in the table, such as those of users' scenes."""
 OTHER = "other"
 """The supercategory of those."""
+_FOLDER = Path(__file__).parent
 
-_NYU40 = {
-    "wall": 1, "floor": 2, "cabinet": 3, "bed": 4, "chair": 5, "sofa": 6, "table": 7, "door": 8,
-    "window": 9, "picture": 11, "counter": 12, "desk": 14, "shelves": 15, "curtain": 16,
-    "pillow": 18, "mirror": 19, "floor mat": 20, "clothes": 21, "ceiling": 22, "books": 23,
-    "towel": 27, "box": 29, "whiteboard": 30, "toilet": 33, "sink": 34, "lamp": 35, "bathtub": 36,
-    "otherstructure": 38, "otherfurniture": 39, "otherprop": 40,
-}  # fmt: skip
-"""Labels of NYU Depth V2 in 40 classes (Gupta et al. 2013), as in ScanNet and Hypersim."""
-_COCO = {
-    "bench": 15, "umbrella": 28, "sports ball": 37, "bottle": 44, "cup": 47, "bowl": 51,
-    "chair": 62, "couch": 63, "potted plant": 64, "bed": 65, "dining table": 67, "toilet": 70,
-    "sink": 81, "book": 84, "clock": 85, "vase": 86,
-}  # fmt: skip
-"""Categories of COCO 2017 that are found here."""
-
-# Supercategory: kinds, each with its label in NYU40 and, after a slash, in COCO. Kinds are numbered
-# in this order: new ones go to the end.
-_TABLE = """
-structure: walls=wall, floor=floor, ceiling=ceiling, door=door, window=window,
- skirting=otherstructure, backdrop=otherstructure, ground=floor, eaves=otherstructure
-lamp: pendant lamp=lamp, ceiling lamp=lamp, ceiling spot=lamp, floor lamp=lamp, table lamp=lamp,
- wall lantern=lamp, street lamp=lamp, bollard=lamp, key light=lamp, side light=lamp, top light=lamp,
- low light=lamp
-seat: chair=chair/chair, armchair=chair/chair, sofa=sofa/couch, sofa bench=sofa/couch,
- stool=chair/chair, bar stool=chair/chair, bench=chair/bench
-table: table=table/dining table, desk=desk, counter=counter, garden table=table/dining table
-storage: cabinet=cabinet, shelf=shelves, wall shelf=shelves, crate=box, basket=box, bin=otherprop,
- toolbox=box, tool board=otherfurniture, coat rack=otherfurniture, umbrella stand=otherfurniture
-bedding: bed=bed/bed, cushion=pillow
-textile: curtain=curtain, rug=floor mat, towel=towel, shoes=clothes
-bathroom: bathtub=bathtub, basin=sink/sink, toilet=toilet/toilet, tap=otherprop,
- towel rail=otherprop, soap=otherprop, paper roll=otherprop
-wall object: picture=picture, mirror=mirror, clock=otherprop/clock, blackboard=whiteboard
-vessel: vase=otherprop/vase, jug=otherprop, bowl=otherprop/bowl, cup=otherprop/cup,
- bottle=otherprop/bottle, plate=otherprop, tin=otherprop
-thing: book=books/book, ball=otherprop/sports ball, block=otherprop, block stack=otherprop,
- ring tower=otherprop, castle=otherprop, globe=otherprop, timber=otherprop
-plant: plant=otherprop/potted plant, tree=otherprop, shrub=otherprop, planter=otherprop
-sculpture: plinth=otherfurniture, pebble=otherprop, knot=otherprop, ribbon=otherprop,
- superquadric=otherprop, boulder=otherprop
-outdoors: parasol=otherprop/umbrella
-"""
+Label = dict[str, str | int]
+"""The id and the name of a class of another data set."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +35,8 @@ class Category:
     number: int  # the same in every set, if the kind is known
     name: str  # of the kind, in the singular where there may be several: "chair"
     group: str = OTHER  # to which it belongs, COCO's supercategory: "seat"
-    nyu40: str = ""  # label in the 40 classes of NYU Depth V2; "" where none is known
-    coco: str = ""  # category of COCO 2017; "" where there is none
+    nyu40: Label | None = None  # in the 40 classes of NYU Depth V2; None where none is known
+    coco: Label | None = None  # category of COCO 2017; None where there is none
 
     def describe(self) -> dict[str, object]:
         """Return it as an item of "categories" in COCO's JSON, with the labels of other sets."""
@@ -80,25 +44,36 @@ class Category:
             "id": self.number,
             "name": self.name,
             "supercategory": self.group,
-            "nyu40": {"id": _NYU40[self.nyu40], "name": self.nyu40} if self.nyu40 else None,
-            "coco": {"id": _COCO[self.coco], "name": self.coco} if self.coco else None,
+            "nyu40": self.nyu40,
+            "coco": self.coco,
         }
 
 
-def _read_table() -> dict[str, Category]:
-    """Return the known categories by their names."""
-    known: dict[str, Category] = {}
-    for line in _TABLE.replace("\n ", " ").strip().splitlines():
-        group, kinds = line.split(": ")
-        for kind in kinds.split(", "):
-            name, labels = kind.strip().split("=")
-            nyu40, _, coco = labels.partition("/")
-            known[name] = Category(len(known) + 1, name, group, nyu40, coco)
-    return known
+def _read_categories() -> dict[str, Category]:
+    """Return the known categories by their names, each from a line of the table."""
+
+    def label(row: dict[str, str], name: str) -> Label | None:
+        return {"id": int(row[f"{name}_id"]), "name": row[name]} if row[name] else None
+
+    with (_FOLDER / "categories.csv").open(encoding="utf-8", newline="") as file:
+        return {
+            row["name"]: Category(
+                int(row["number"]),
+                row["name"],
+                row["group"],
+                label(row, "nyu40"),
+                label(row, "coco"),
+            )
+            for row in csv.DictReader(file)
+        }
 
 
-CATEGORIES = _read_table()
-"""All kinds of objects in generated scenes, by name."""
+CATEGORIES = _read_categories()
+"""All kinds of objects in generated scenes, by name. Numbers are published: new kinds come last.
+
+Labels are those of NYU Depth V2 in 40 classes (Gupta et al. 2013), as in ScanNet and Hypersim, and
+of COCO 2017.
+"""
 
 
 def kind_of(name: str) -> str:
@@ -194,27 +169,6 @@ def describe_cameras(images: Dataset) -> dict[str, Any]:
     }
 
 
-_CONTEXT = {
-    "@language": "en",
-    "@vocab": "https://schema.org/",
-    "conformsTo": "dct:conformsTo",
-    "cr": "http://mlcommons.org/croissant/",
-    "rai": "http://mlcommons.org/croissant/RAI/",
-    "data": {"@id": "cr:data", "@type": "@json"},
-    "dataType": {"@id": "cr:dataType", "@type": "@vocab"},
-    "dct": "http://purl.org/dc/terms/",
-    "examples": {"@id": "cr:examples", "@type": "@json"},
-    "sc": "https://schema.org/",
-} | {
-    name: f"cr:{name}"
-    for name in (
-        "citeAs", "column", "equivalentProperty", "extract", "field", "fileProperty", "fileObject",
-        "fileSet", "format", "includes", "isLiveDataset", "jsonPath", "key", "md5", "parentField",
-        "path", "recordSet", "references", "regex", "repeated", "replace", "samplingRate",
-        "separator", "source", "subField", "transform",
-    )
-}  # fmt: skip
-"""The context that Croissant 1.0 recommends."""
 _FIELDS = {
     "name": ("sc:Text", "the image, and its folder"),
     "geometry": ("sc:Text", "the scene, whatever its light, colours and view"),
@@ -222,21 +176,6 @@ _FIELDS = {
     "error": ("sc:Float", "relative error of radiance, bias included"),
 }
 """Fields of the images, which are keys of the manifest's lines: type and meaning."""
-
-
-_RESPONSIBLE = {
-    "rai:dataCollection": "Simulated: scenes built by rules from seeds, rendered by photon "
-    "mapping with photonmap. No person took part, and none is shown.",
-    "rai:dataCollectionType": "Synthetic",
-    "rai:dataLimitations": "Objects, rooms and lights follow rules, not measured statistics of "
-    "the world. Values have the standard errors that the files state.",
-    "rai:dataUseCases": "Training and evaluation of methods that separate reflectance from "
-    "light, of colour constancy, and of methods that estimate geometry.",
-    "rai:personalSensitiveInformation": "None.",
-    "rai:dataAnnotationProtocol": "Annotations are computed from the scenes: ids, boxes and "
-    "masks are those of the surfaces at the centres of the pixels.",
-}
-"""The fields of the vocabulary for responsible AI."""
 
 
 def describe_croissant(
@@ -256,16 +195,13 @@ def describe_croissant(
         source = {"fileObject": {"@id": LINES}, "extract": {"column": name}}
         about = {"description": meaning, "dataType": kind, "source": source}
         fields.append(_node("Field", f"images/{name}", **about) | {"name": name})
-    return {
-        "@context": _CONTEXT,
-        "@type": "sc:Dataset",
-        "conformsTo": "http://mlcommons.org/croissant/1.0",
+    # the context that Croissant 1.0 recommends, and the fields of its vocabulary for responsible AI
+    template = json.loads((_FOLDER / "croissant.json").read_text(encoding="utf-8"))
+    return template | {
         "name": title,
         "description": f"{len(images)} renders of {len(images.geometries)} scenes as ground truth "
         "for intrinsic images, with standard errors.",
         "license": license_.url or license_.name,
-        "version": "1.0.0",
-        **_RESPONSIBLE,
         "distribution": [manifest, *files],
         "recordSet": [_node("RecordSet", "images", field=fields)],
     }

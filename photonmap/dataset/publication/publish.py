@@ -14,7 +14,7 @@ from photonmap.dataset.files.manifest import FORMAT, HEAD, INPUTS, LINES, locked
 from photonmap.dataset.files.reader import Dataset, Image, open_dataset
 from photonmap.dataset.files.schema import GROWN_HEAD_KINDS, faults_of_entry, misfits
 from photonmap.dataset.files.splits import PARTS, part_of
-from photonmap.dataset.publication.card import describe_reading, find_license, write_card
+from photonmap.dataset.publication.card import find_license, how_to_read, write_card
 from photonmap.dataset.publication.metadata import (
     describe_cameras,
     describe_coco,
@@ -54,7 +54,7 @@ def publish(folder: str | PathLike[str], license_name: str) -> list[Path]:
     has_ids = all(_IDS in image for image in images)
     if not has_ids:
         warn(f"the images hold no {_IDS}, see --buffers, so there is no {COCO}")
-    card = write_card(images, license_, title, describe_reading(has_ids))
+    card = write_card(images, license_, title, how_to_read("folder", has_ids))
     with locked(folder), written_together(folder) as part:
         digests = hash_files(folder, (HEAD, LINES))
         inputs = [f"{INPUTS}/{name}" for name in list_files(folder / INPUTS)]

@@ -34,10 +34,6 @@ Radiance = Callable[[Floats], Floats]
 """Returns the radiance seen in directions, (..., 3), as (...)."""
 
 
-def _evenly(directions: Floats) -> Floats:
-    return np.ones(directions.shape[:-1])
-
-
 class LightMeter:
     """Measures light with shadow rays.
 
@@ -62,8 +58,9 @@ class LightMeter:
         self._normals = normals * -np.sign((normals * ways[seen]).sum(axis=1, keepdims=True))
         self._points = origin + distances[seen, None] * ways[seen] + _ABOVE * self._normals
 
-    def irradiance(self, group: str, radiance: Radiance = _evenly) -> Floats:
-        """Return the irradiance of the points, (P,), by the radiance seen in the group."""
+    def irradiance(self, group: str, radiance: Radiance | None = None) -> Floats:
+        """Return the irradiance of the points, (P,), by the radiance seen in the group, or 1."""
+        radiance = radiance or (lambda ways: np.ones(ways.shape[:-1]))
         emitters = joined([p.shape for p in self._parts if p.light_group == group])
         ends, normals = _spread(emitters.vertices[emitters.faces])
         way = ends - self._points[:, None]

@@ -11,11 +11,11 @@ from itertools import pairwise
 import numpy as np
 
 from photonmap.dataset.models import furniture, lamps, plants, small_objects
-from photonmap.dataset.models.arrangements import furnish, sized
+from photonmap.dataset.models.arrangements import furnish
 from photonmap.dataset.models.materials import Draw, Range
-from photonmap.dataset.models.scene_object import Row, SceneObject, Table, model, placed
+from photonmap.dataset.models.scene_object import Row, SceneObject, Table, model, placed, sized
 from photonmap.dataset.models.shapes import Noise, box, grid, level, upright
-from photonmap.dataset.models.vessels import bowl, cup, vase
+from photonmap.dataset.models.small_objects import bowl, cup, vase
 from photonmap.dataset.scenes.exposure import SKY
 from photonmap.dataset.scenes.rooms import groups, shell
 from photonmap.dataset.scenes.rooms.catalogue import (
@@ -117,17 +117,14 @@ def road(draw: Draw, size: Size) -> Table:
 @model("walls")
 def _walls(yard: RoomBuilder, sides: Sequence[MakeSide]) -> Table:
     """Return the front of a house around its windows, and what encloses the place otherwise."""
-    makers: Sequence[MakeSide] = (partial(_house_front, yard), *sides)
+    width, height, _ = yard.size.tolist()
+    pieces = shell.wall_pieces(width, height, yard.windows.get(BACK, ()))
+    paint = yard.draw.pale()
+    makers: Sequence[MakeSide] = (lambda *_: ((each, 0.0, paint) for each in pieces), *sides)
     for (wall, turn), make in zip(TURNS.items(), makers, strict=True):
         x, z = shell.in_front_of(wall, yard.size, 0.0, 0.0)
         for part in placed(make(yard.draw, shell.length_of(wall, yard.size))):
             yield part.shape.turned(turn), (x, 0.0, z), part.material
-
-
-def _house_front(yard: RoomBuilder, draw: Draw, length: float) -> Iterable[Row]:
-    paint = draw.pale()
-    for piece in shell.wall_pieces(length, float(yard.size[1]), yard.windows.get(BACK, ())):
-        yield piece, 0.0, paint
 
 
 @model("eaves")

@@ -25,7 +25,6 @@ from photonmap.dataset.models.scene_object import (
     Table,
     model,
     multi_part,
-    single_part,
     with_lightness,
 )
 from photonmap.dataset.models.shapes import (
@@ -41,8 +40,13 @@ from photonmap.dataset.models.shapes import (
     normalised,
     superquadric,
 )
-from photonmap.dataset.models.small_objects import ring_tower
-from photonmap.dataset.models.vessels import FINE, bowl_shape, cup_shapes, vase_shape
+from photonmap.dataset.models.small_objects import (
+    FINE,
+    bowl_shape,
+    cup_shapes,
+    ring_tower,
+    vase_shape,
+)
 from photonmap.dataset.scenes.exposure import LightMeter
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.scene.camera import Camera
@@ -157,7 +161,7 @@ def build_object(name: str, draw: Draw) -> UnlitScene:
         position = center + _LIGHT_DISTANCE * _direction(azimuth, elevation)
         part = Part(panel(position, center, side), draw.grey(2), group)
         panels.append(SceneObject(group, [part]))
-    backdrop = single_part("backdrop", sweep(3.0, 1.1, 2.4), draw.grey(7))
+    backdrop = multi_part("backdrop", [sweep(3.0, 1.1, 2.4)], [draw.grey(7)])
     objects = with_lightness([backdrop, obj, *panels], draw.lightness)
     meter = LightMeter(objects, camera, closed=False)
     received = {group: meter.irradiance(group) for group in _LIGHTS}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,10 +62,7 @@ class OpenSky:
     @classmethod
     def through_windows(cls, meter: LightMeter, azimuth: float) -> OpenSky:
         """Return the sky outside the windows of what a meter measures."""
-
-        def from_sky(radiance: Radiance) -> Floats:
-            return meter.irradiance(WINDOW, radiance)
-
+        from_sky = partial(meter.irradiance, WINDOW)
         return cls(WINDOW, azimuth, from_sky(_overcast), from_sky)
 
     def received(self, color: str) -> Floats:

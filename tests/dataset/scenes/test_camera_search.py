@@ -5,7 +5,7 @@ import pytest
 
 from photonmap.dataset.models.garments import SPACING, garment
 from photonmap.dataset.models.materials import Draw
-from photonmap.dataset.models.scene_object import overlap, single_part
+from photonmap.dataset.models.scene_object import multi_part, overlap
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.scenes.rooms import camera_search
 from photonmap.dataset.scenes.rooms.groups import framed, posters, row_of_pictures
@@ -60,7 +60,7 @@ def test_bare_walls_are_worth_less_than_floor():
 
 def test_bare_walls_are_dressed():
     room = RoomBuilder(Draw(random()), 4.0, 5.0, 2.6)
-    tall = single_part("wardrobe", box(3.0, 2.0, 0.6), Material())
+    tall = multi_part("wardrobe", [box(3.0, 2.0, 0.6)], [Material()])
     assert room.place_at_wall(Group([tall]))
     room.dress((framed, posters, row_of_pictures))
     objects = [obj for obj in room._objects if obj.name == "picture"]

@@ -14,7 +14,7 @@ from photonmap.dataset.models.materials import (
     reflectance_of,
     surface_of,
 )
-from photonmap.dataset.models.scene_object import single_part
+from photonmap.dataset.models.scene_object import multi_part
 from photonmap.dataset.models.shapes import box, box_mapped, cylinder
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.spectra.bands import Bands
@@ -118,11 +118,12 @@ def test_textures_have_their_size_on_all_sides():
 
 
 def test_textures_move_with_what_they_lie_on():
-    obj = single_part("leg", cylinder(0.05, 0.7), Surface(CHIP, "wood").material())
+    obj = multi_part("leg", [cylinder(0.05, 0.7)], [Surface(CHIP, "wood").material()])
     moved = obj.turned(37.0).moved((1.0, 2.0, 3.0))
     np.testing.assert_array_equal(obj.parts[0].shape.uv, moved.parts[0].shape.uv)
     assert (
-        single_part("leg", cylinder(0.05, 0.7), Surface(CHIP).material()).parts[0].shape.uv is None
+        multi_part("leg", [cylinder(0.05, 0.7)], [Surface(CHIP).material()]).parts[0].shape.uv
+        is None
     )
 
 

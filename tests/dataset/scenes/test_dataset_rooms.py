@@ -5,7 +5,7 @@ import pytest
 from helpers.generated import appearance, lit, unlit
 
 from photonmap.dataset.models.materials import Draw
-from photonmap.dataset.models.scene_object import overlap, single_part
+from photonmap.dataset.models.scene_object import multi_part, overlap
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.report.diversity import appearance_of, correlations, nearest_neighbours
 from photonmap.dataset.scenes.rooms.catalogue import FURTHER_KINDS, KINDS, ROOMS
@@ -26,7 +26,7 @@ def random(seed=0):
 
 
 def block(wide, tall, deep):
-    return single_part("block", box(wide, tall, deep), Material())
+    return multi_part("block", [box(wide, tall, deep)], [Material()])
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from photonmap.dataset.models.scene_object import (
     CONTACT_TOLERANCE,
     SceneObject,
     Support,
+    multi_part,
     overlap,
-    single_part,
 )
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.publication.metadata import CATEGORIES, kind_of
@@ -252,7 +252,7 @@ def test_bad_arguments(arguments, message):
 
 
 def cube(size):
-    return lambda _: single_part("cube", box(size, size, size), Material())
+    return lambda _: multi_part("cube", [box(size, size, size)], [Material()])
 
 
 def test_scattered_things_rest_apart():

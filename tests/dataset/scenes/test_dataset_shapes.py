@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from photonmap.dataset.models import patterns, shapes, vessels
+from photonmap.dataset.models import patterns, shapes, small_objects
 from photonmap.dataset.models.materials import Draw, Palette, chips
 from photonmap.dataset.models.shapes import Shape, joined
 from photonmap.dataset.models.small_objects import ring_tower
@@ -34,11 +34,11 @@ CLOSED = {
     "star": lambda: shapes.superquadric((0.2, 0.3, 0.2), 1.6, 1.5),
     "knot": lambda: shapes.knot(0.2, 0.05),
     "tube": lambda: shapes.tube([(0, 0, 0), (0.2, 0.1, 0), (0.3, 0.4, 0)], 0.02),
-    **{f"vase {k}": lambda k=k: vessels.vase_shape(random(k), 0.3, k) for k in range(4)},
-    "bowl": lambda: vessels.bowl_shape(random(), 0.15),
-    "pot": lambda: vessels.pot_shape(random(), 0.2),
-    "cup": lambda: vessels.cup_shapes(random(), 0.1)[0],
-    "handle": lambda: vessels.cup_shapes(random(), 0.1)[1],
+    **{f"vase {k}": lambda k=k: small_objects.vase_shape(random(k), 0.3, k) for k in range(4)},
+    "bowl": lambda: small_objects.bowl_shape(random(), 0.15),
+    "pot": lambda: small_objects.pot_shape(random(), 0.2),
+    "cup": lambda: small_objects.cup_shapes(random(), 0.1)[0],
+    "handle": lambda: small_objects.cup_shapes(random(), 0.1)[1],
 }
 
 

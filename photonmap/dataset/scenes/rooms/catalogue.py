@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from typing import Any
 
-from photonmap.dataset.models.lamps import LAMP, ceiling_panel, ceiling_spot, pendant, shade_lamp
+from photonmap.dataset.models import lamps
+from photonmap.dataset.models.lamps import ceiling_spot, pendant, shade_lamp
 from photonmap.dataset.models.materials import Draw, Range
 from photonmap.dataset.models.scene_object import SceneObject
-from photonmap.dataset.models.wall_objects import WINDOW
 from photonmap.dataset.scenes.random_lights import MOST_LIGHTS
 from photonmap.dataset.scenes.rooms import groups as g
 from photonmap.dataset.scenes.rooms import shell
-from photonmap.dataset.scenes.rooms.room_builder import Dressing, RoomBuilder
-from photonmap.dataset.scenes.rooms.shell import TURNS, Floor, plain, planks, tiles
+from photonmap.dataset.scenes.rooms.room_builder import Dressing, Group, RoomBuilder
+from photonmap.dataset.scenes.rooms.shell import TURNS, Floor, plain, planks
 from photonmap.dataset.scenes.unlit_scene import OpenSky, UnlitScene
 from photonmap.errors import InputError
 from photonmap.scene.material import Material
@@ -36,7 +39,7 @@ _APART = 0.4
 
 @dataclass(frozen=True)
 class RoomKind:
-    """A kind of room.
+    """A kind of room; its makers are named in `rooms.toml`.
 
     Parameters
     ----------
@@ -55,7 +58,7 @@ class RoomKind:
     main: str
     entries: Sequence[Entry]
     hung: Sequence[Hung]
-    lamps: Sequence[Callable[[Draw], SceneObject]]
+    lamps: Sequence[Callable[[Draw], SceneObject]] = (pendant, shade_lamp)
     floors: Sequence[Floor] = (planks, plain)
     chroma: Range = (2, 6)
     wall: str = "print"
@@ -71,104 +74,35 @@ class RoomKind:
         return draw.patterned(self.wall, first), draw.grey(8) if kind > 0.75 else others
 
 
-# fmt: off
-KINDS = {
-    "living_room": RoomKind(
-        ((4.0, 6.2), (3.8, 5.6), (2.4, 3.0)), WINDOW,
-        [(g.seats, WALL, 1, 1), (g.bookcase, WALL, 1, 2), (g.sideboard, WALL, 0, 2),
-         (g.reading_place, CORNER, 0, 1), (g.floor_lamp, CORNER, 1, 1), (g.plant, CORNER, 0, 2)],
-        [(g.framed, (1.15, 1.5), 1, 4)], (pendant, shade_lamp),
-        dressing=(g.framed, g.framed, g.row_of_pictures, g.wall_board)),
-    "study": RoomKind(
-        ((3.4, 4.8), (3.2, 4.8), (2.4, 2.9)), WINDOW,
-        [(g.desk_place, WALL, 1, 1), (g.bookcase, WALL, 1, 3), (g.reading_place, CORNER, 0, 1),
-         (g.sideboard, WALL, 0, 1), (g.books_on_floor, CORNER, 0, 2), (g.plant, CORNER, 0, 2)],
-        [(g.framed, (1.15, 1.5), 1, 4), (g.clock, (1.6, 1.8), 0, 1),
-         (g.wall_board, (1.2, 1.5), 0, 1)], (pendant, ceiling_panel),
-        dressing=(g.framed, g.row_of_pictures, g.posters, g.wall_board)),
-    "dining_room": RoomKind(
-        ((3.8, 5.6), (3.8, 5.4), (2.5, 3.1)), LAMP,
-        [(g.dining_table, FREE, 1, 1), (g.sideboard, WALL, 1, 2), (g.bookcase, WALL, 0, 1),
-         (g.plant, CORNER, 0, 2), (g.tall_vases, CORNER, 0, 1)],
-        [(g.framed, (1.15, 1.5), 1, 4), (g.mirror, (1.2, 1.4), 0, 1)], (shade_lamp, pendant)),
-    "kitchen": RoomKind(
-        ((3.4, 5.0), (3.2, 4.6), (2.4, 2.9)), LAMP,
-        [(g.kitchen_run, WALL, 1, 1), (g.small_table, FREE, 1, 1), (g.kitchen_run, WALL, 0, 1),
-         (g.sideboard, WALL, 0, 1), (g.stool, CORNER, 0, 2)],
-        [(g.wall_board, (1.3, 1.7), 1, 3), (g.clock, (1.6, 1.9), 1, 1),
-         (g.framed, (1.2, 1.5), 0, 1)], (ceiling_panel, shade_lamp), (tiles, planks),
-        dressing=(g.framed, g.row_of_pictures, g.wall_board, g.wall_board)),
-    "bedroom": RoomKind(
-        ((3.6, 5.0), (3.4, 5.0), (2.4, 2.9)), WINDOW,
-        [(g.bed_place, WALL, 1, 1), (g.wardrobe, WALL, 1, 1), (g.sideboard, WALL, 0, 1),
-         (g.desk_place, WALL, 0, 1), (g.reading_place, CORNER, 0, 1), (g.stool, WALL, 0, 1),
-         (g.plant, CORNER, 0, 2)],
-        [(g.framed, (1.15, 1.5), 1, 4), (g.mirror, (1.2, 1.4), 0, 1)], (pendant, shade_lamp)),
-    "playroom": RoomKind(
-        ((3.6, 5.2), (3.4, 5.0), (2.4, 2.9)), WINDOW,
-        [(g.toy_table, FREE, 1, 1), (g.toy_shelf, WALL, 1, 2), (g.toys_on_rug, FREE, 1, 1),
-         (g.bookcase, WALL, 0, 1), (g.stool, CORNER, 0, 2)],
-        [(g.framed, (1.15, 1.5), 1, 4)], (pendant, ceiling_panel), (plain, planks, tiles), (4, 8),
-        dressing=(g.framed, g.row_of_pictures, g.posters, g.wall_board)),
-    "gallery": RoomKind(
-        ((4.6, 7.5), (4.4, 7.0), (2.9, 3.8)), LAMP,
-        [(g.plinth_with_work, FREE, 4, 8), (g.plinth_with_work, CORNER, 1, 3),
-         (g.tall_vases, WALL, 0, 2)],
-        [(g.framed, (1.05, 1.35), 4, 9)], (ceiling_panel,), (planks, plain, tiles), (0, 0),
-        dressing=(g.framed,)),
-    "library": RoomKind(
-        ((3.8, 5.6), (3.6, 5.4), (2.6, 3.3)), WINDOW,
-        [(g.bookcase, WALL, 3, 5), (g.reading_place, CORNER, 1, 1), (g.floor_lamp, CORNER, 1, 1),
-         (g.desk_place, WALL, 0, 1), (g.books_on_floor, CORNER, 1, 3),
-         (g.plinth_with_work, CORNER, 0, 1)],
-        [(g.framed, (1.2, 1.5), 0, 3)], (shade_lamp, pendant)),
-    "pottery": RoomKind(
-        ((3.8, 5.6), (3.6, 5.0), (2.5, 3.2)), WINDOW,
-        [(g.work_bench, FREE, 1, 1), (g.vessel_shelf, WALL, 1, 2), (g.work_bench, WALL, 0, 1),
-         (g.sideboard, WALL, 0, 1), (g.stool, FREE, 1, 3), (g.tall_vases, CORNER, 1, 2)],
-        [(g.wall_board, (0.95, 1.8), 2, 5)], (pendant, ceiling_panel), (tiles, plain, planks),
-        dressing=(g.wall_board, g.wall_board, g.posters)),
-}
-"""Kinds of rooms by name."""
-FURTHER_KINDS = {
-    "bathroom": RoomKind(
-        ((2.8, 4.2), (2.8, 4.0), (2.4, 2.8)), LAMP,
-        [(g.wash_place, WALL, 1, 2), (g.bath, WALL, 1, 1), (g.toilet, WALL, 1, 1),
-         (g.towel_shelf, WALL, 0, 1), (g.basket, CORNER, 1, 1), (g.stool, CORNER, 0, 1),
-         (g.plant, CORNER, 0, 1)],
-        [(g.mirror, (1.25, 1.4), 1, 2), (g.towels, (0.75, 0.95), 1, 3),
-         (g.wall_board, (1.3, 1.6), 0, 2)], (ceiling_panel, pendant), (tiles, plain), (2, 4),
-        "tiles", (g.framed, g.wall_board)),
-    "classroom": RoomKind(
-        ((5.2, 7.2), (5.0, 7.0), (2.7, 3.3)), WINDOW,
-        [(g.rows_of_desks, FREE, 1, 1), (g.teachers_desk, WALL, 1, 1), (g.bookcase, WALL, 1, 2),
-         (g.sideboard, WALL, 0, 2), (g.plant, CORNER, 0, 2)],
-        [(g.blackboard, (0.85, 0.95), 1, 1), (g.clock, (2.0, 2.3), 1, 1),
-         (g.framed, (1.1, 1.5), 2, 6)], (ceiling_panel,), (plain, planks, tiles),
-        dressing=(g.posters, g.posters, g.framed, g.row_of_pictures, g.wall_board)),
-    "cafe": RoomKind(
-        ((4.8, 7.0), (4.6, 6.6), (2.7, 3.4)), LAMP,
-        [(g.bar, WALL, 1, 1), (g.cafe_table, FREE, 2, 4), (g.wall_seats, WALL, 1, 2),
-         (g.plant, CORNER, 0, 2)],
-        [(g.wall_board, (1.45, 1.8), 1, 2), (g.framed, (1.2, 1.6), 1, 4),
-         (g.mirror, (1.3, 1.5), 0, 1)], (shade_lamp, pendant), (tiles, planks, plain),
-        dressing=(g.framed, g.row_of_pictures, g.posters)),
-    "workshop": RoomKind(
-        ((4.2, 6.2), (4.0, 5.8), (2.7, 3.4)), WINDOW,
-        [(g.tool_bench, WALL, 1, 1), (g.tool_bench, FREE, 1, 1), (g.tool_shelf, WALL, 1, 2),
-         (g.timber, WALL, 1, 2), (g.crates, WALL, 0, 2), (g.stool, FREE, 0, 2)],
-        [(g.tools, (1.1, 1.3), 1, 3), (g.wall_board, (1.3, 1.7), 0, 1),
-         (g.clock, (1.8, 2.1), 0, 1)], (ceiling_panel, pendant), (plain, planks), (2, 4),
-        dressing=(g.tools, g.tools, g.wall_board, g.posters)),
-    "corridor": RoomKind(
-        ((2.2, 2.9), (5.0, 7.5), (2.4, 3.0)), LAMP,
-        [(g.coats, WALL, 1, 1), (g.sideboard, WALL, 1, 2), (g.umbrellas, CORNER, 1, 1),
-         (g.bookcase, WALL, 0, 1), (g.tall_vases, CORNER, 0, 1), (g.plant, CORNER, 0, 2)],
-        [(g.framed, (1.2, 1.5), 2, 6), (g.mirror, (1.25, 1.4), 0, 1),
-         (g.clock, (1.8, 2.0), 0, 1)], (pendant, shade_lamp), (tiles, planks, plain)),
-}
-# fmt: on
-_ALL_KINDS = {**KINDS, **FURTHER_KINDS}
+_MAKERS = {"entries": g, "hung": g, "dressing": g, "lamps": lamps, "floors": shell}
+"""Where the makers are that a kind names, by its parameter."""
+
+
+def _read_kinds(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, RoomKind]:
+    """Return kinds of rooms by name from the tables of a TOML file."""
+
+    def value_of(key: str, given: Any) -> Any:
+        if key == "size":
+            return tuple(map(tuple, given))
+        if key not in _MAKERS:
+            return tuple(given) if isinstance(given, list) else given
+        return [
+            getattr(_MAKERS[key], row)
+            if isinstance(row, str)
+            else (getattr(_MAKERS[key], row[0]), *row[1:])
+            for row in given
+        ]
+
+    return {
+        name: RoomKind(**{key: value_of(key, given) for key, given in table.items()})
+        for name, table in tables.items()
+    }
+
+
+_TABLES = tomllib.loads(Path(__file__).with_name("rooms.toml").read_text(encoding="utf-8"))
+KINDS, FURTHER_KINDS = _read_kinds(_TABLES["as_in_paper"]), _read_kinds(_TABLES["further"])
+"""Kinds of rooms by name: as many as Beigpour et al. 2013 have, and others."""
+_ALL_KINDS = KINDS | FURTHER_KINDS
 
 Build = Callable[[str, Draw, float], UnlitScene | None]
 """Generates a place of a kind; None where no camera sees enough of it, or what matters most has no
@@ -193,14 +127,15 @@ def build_until_seen(build: Build, name: str, draw: Draw, scale: float = 1.0) ->
 
 def place_entries(place: RoomBuilder, entries: Sequence[Entry], scale: float) -> bool:
     """Fill a place, larger ones more; return whether there is room for the first entry at least."""
+    in_corner = partial(place.place_at_wall, corner=True)
+    ways: dict[str, Callable[[Group], bool]] = {
+        FREE: place.place_free,
+        WALL: place.place_at_wall,
+        CORNER: in_corner,
+    }
     for index, (make, where, least, most) in enumerate(entries):
-        count, placed = max(least, round(place.draw.whole(least, most) * scale)), 0
-        for _ in range(count):
-            group = make(place.draw)
-            if where == FREE:
-                placed += place.place_free(group)
-            else:
-                placed += place.place_at_wall(group, where == CORNER)
+        count = max(least, round(place.draw.whole(least, most) * scale))
+        placed = sum(ways[where](make(place.draw)) for _ in range(count))
         if index == 0 and not placed:
             return False
     return True

@@ -6,28 +6,31 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from photonmap.dataset.models import furniture, lamps, plants, small_objects, vessels, wall_objects
+from photonmap.dataset.models import furniture, lamps, plants, small_objects, wall_objects
 from photonmap.dataset.models.arrangements import (
-    SHOP_THINGS,
-    TOILETRIES,
-    TOYS,
-    Maker,
-    draw_sculpture,
-    draw_vessels,
     fill_shelf,
     furnish,
     in_row,
     place_at,
     row_of_books,
     scatter,
-    sized,
     stack_books,
 )
 from photonmap.dataset.models.furniture import chair
 from photonmap.dataset.models.garments import coat_rack
 from photonmap.dataset.models.materials import Draw, Range
-from photonmap.dataset.models.scene_object import SceneObject, Support, bounds_of
-from photonmap.dataset.models.vessels import bowl, cup, plate, vase
+from photonmap.dataset.models.scene_object import Maker, SceneObject, Support, bounds_of, sized
+from photonmap.dataset.models.small_objects import (
+    SHOP_THINGS,
+    TOILETRIES,
+    TOYS,
+    bowl,
+    cup,
+    draw_sculpture,
+    draw_vessels,
+    plate,
+    vase,
+)
 from photonmap.dataset.scenes.rooms.room_builder import Group, Objects
 
 MakeGroup = Callable[[Draw], Group]
@@ -297,8 +300,10 @@ def tall_vases(draw: Draw) -> Group:
     """Return one to three tall vases that stand on the floor."""
     group = list[SceneObject]()
     for index in range(draw.whole(1, 3)):
-        shape = vessels.vase_shape(draw.rng, draw.number(0.4, 0.65), detail=vessels.MEDIUM)
-        made = vessels.decorate(draw, "vase", shape)
+        shape = small_objects.vase_shape(
+            draw.rng, draw.number(0.4, 0.65), detail=small_objects.MEDIUM
+        )
+        made = small_objects.decorate(draw, "vase", shape)
         x = float(bounds_of(group)[1, 0] - made.bounds[0, 0]) + 0.05 if index else 0.0
         group += shifted([made], x, draw.number(-0.1, 0.1))
     return Group(group)
@@ -344,7 +349,7 @@ def wash_place(draw: Draw) -> Group:
     wide = max(0.62, doors * draw.number(0.38, 0.5))
     stand = furniture.cabinet(draw, wide, draw.number(0.7, 0.8), doors, 0.5)
     top = stand.supports[0]
-    washbowl, tap = place_at(top, vessels.basin(draw), 0.5, 0.62), small_objects.tap(draw)
+    washbowl, tap = place_at(top, small_objects.basin(draw), 0.5, 0.62), small_objects.tap(draw)
     behind = float(washbowl.bounds[0, 2]) - float(tap.bounds[1, 2]) - 0.005
     placed = [washbowl, tap.moved((0.0, top.y, behind))]
     things = draw.several(TOILETRIES, draw.whole(2, 5))
