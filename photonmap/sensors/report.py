@@ -117,7 +117,10 @@ def _draw_errors(axes: Axes, rows: Sequence[ErrorRow]) -> None:
 def _draw_colors(axes: Axes, rows: Sequence[ColorRow]) -> None:
     """Draw mean, 95th percentile and worst ΔE2000, a group for each set of bands."""
     labels = list(dict.fromkeys(row.bands for row in rows))
-    places = [labels.index(row.bands) + _offset(row) for row in rows]
+    sides = {"direct": -0.21, "regression": 0.21}
+    places = [
+        labels.index(row.bands) + sides[row.method] + (row.bounces - 1.5) * 0.2 for row in rows
+    ]
     for at, row in zip(places, rows, strict=True):
         color = _METHOD_COLORS[row.method]
         mean, p95, worst = map(_at_least, (row.mean, row.p95, row.worst))
@@ -143,11 +146,6 @@ def _draw_colors(axes: Axes, rows: Sequence[ColorRow]) -> None:
         lowest = _at_least(min(own))
         shift = (-3 if side == "right" else 3, -14)
         plots.write(axes, method, 0.0, lowest, color, xytext=shift, ha=side, va="bottom")
-
-
-def _offset(row: ColorRow) -> float:
-    """Return the offset of a row within its group."""
-    return {"direct": -0.21, "regression": 0.21}[row.method] + (row.bounces - 1.5) * 0.2
 
 
 def _at_least(value: float) -> float:

@@ -169,7 +169,8 @@ def laws(points: Sequence[Point], base: str, correction: Correction) -> list[Law
     if whole is None:
         return []
     found = []
-    for label in sorted({base, *(label for label, _ in swept)}, key=_by_number):
+    labels = sorted({base, *(label for label, _ in swept)})
+    for label in sorted(labels, key=lambda label: int(label) if label.isdecimal() else 0):
         both = [passes for of, passes in swept if of == label and (base, passes) in swept]
         pairs = [(swept[label, passes], swept[base, passes]) for passes in both]
         found.append(_scaled(whole, bands_label(label), pairs, spectral.get(label, _UNKNOWN)))
@@ -229,10 +230,6 @@ def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
         if not front or errors[index] < errors[front[-1]]:
             front.append(index)
     return front
-
-
-def _by_number(label: str) -> tuple[int, str]:
-    return (int(label), "") if label.isdecimal() else (0, label)
 
 
 Indexed = list[tuple[int, Point]]

@@ -156,10 +156,6 @@ class Study:
         """Number of triangles in the scene."""
         return sum(len(mesh.faces) for mesh in self._scene.meshes)
 
-    def of(self, sweep: str) -> list[Point]:
-        """Return the points of a sweep."""
-        return [point for point in self.points if point.sweep == sweep]
-
     def render(self, settings: Settings) -> tuple[Result, float]:
         """Render, and count the seconds as spent; return the result and its processor seconds."""
         bands = Bands.parse(settings.bands, self._within)

@@ -130,7 +130,9 @@ def _bands(study: Study, extent: Extent, pace: float) -> None:
     """Render many bands, then fewer with the same seed, for each number of passes."""
     every = dict.fromkeys((*extent.bands, study.base.bands))
     labels = [label for label in every if label != REFERENCE_BANDS]
-    cost = sum(_relative_cost(label) for label in (*labels, REFERENCE_BANDS))
+    counts = [int(label) for label in (*labels, REFERENCE_BANDS) if label.isdecimal()]
+    # the time of a pass relative to 6 bands, estimated
+    cost = len(labels) + 1 + sum(max(count - 6, 0) for count in counts) / 60.0
     runs = sum(1 / divisor for divisor in extent.divisors)
     most = _affordable(extent.share("bands") / (cost * runs * extent.repeats), pace)
     for passes in sorted({max(most // divisor, _LEAST) for divisor in extent.divisors}):
@@ -188,8 +190,3 @@ def bands_label(bands: str) -> str:
 
 def _affordable(seconds: float, pace: float) -> int:
     return int(min(max(seconds / pace, _LEAST), _MOST))
-
-
-def _relative_cost(bands: str) -> float:
-    """Return an estimate of the time of a pass relative to 6 bands, for planning."""
-    return 1.0 + max(int(bands) - 6, 0) / 60.0 if bands.isdecimal() else 1.0

@@ -217,8 +217,7 @@ ALWAYS = ("radiance", "reflectance", "shading", "valid")
 """Buffers that every image holds, as readers, scores and `verify` need them."""
 _KEPT = "pure"
 """Mask that every image holds besides: without it nobody can tell where light is exact."""
-_NEEDED_BY = {"hdf5": ("distance", "normal", "object_id"), "sensor": ("emission",)}
-"""Buffers that Hypersim's files, and photos, are made from beside those."""
+_HYPERSIM = ("distance", "normal", "object_id")  # that Hypersim's files are made from besides
 _KNOWN = (*BUFFERS, *(row.name for row in ADDED))
 
 
@@ -231,17 +230,15 @@ def check_chosen(
     for name in names:
         if name not in _KNOWN:
             raise InputError(f"there is no buffer {name!r}; {suggest(name, _KNOWN)}")
-    _refuse_without(names, ALWAYS, "reading and verify")
-    if "hdf5" in formats:
-        _refuse_without(names, _NEEDED_BY["hdf5"], "Hypersim's files of the format hdf5")
-    if has_sensor:
-        _refuse_without(names, _NEEDED_BY["sensor"], "a photo by --sensor")
+    for needed, what, is_asked in (
+        (ALWAYS, "reading and verify", True),
+        (_HYPERSIM, "Hypersim's files of the format hdf5", "hdf5" in formats),
+        (("emission",), "a photo by --sensor", has_sensor),
+    ):
+        if is_asked and (missing := [name for name in needed if name not in names]):
+            problem = f"buffers lack {', '.join(missing)}, which {what} need"
+            raise InputError(f"{problem}; add to --buffers")
     return tuple(name for name in _KNOWN if name in (*names, _KEPT))
-
-
-def _refuse_without(names: Sequence[str], needed: Sequence[str], what: str) -> None:
-    if missing := [name for name in needed if name not in names]:
-        raise InputError(f"buffers lack {', '.join(missing)}, which {what} need; add to --buffers")
 
 
 def rendered_for(chosen: Collection[str] | None) -> list[str]:

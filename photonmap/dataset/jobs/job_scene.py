@@ -106,19 +106,14 @@ def describe_inputs(common: CommonSettings) -> CommonSettings:
     if common.rgb not in SPACES:
         digest.update(json.dumps(Bands.parse(common.rgb).describe()).encode())
     for name in (common.munsell, common.illuminants):
-        for file in _files_of(name):
-            named = not common.is_by_content or file != Path(name or "")
-            digest.update((file.name.encode() if named else b"") + b"\0" + file.read_bytes())
+        if name is not None:  # a file, or a folder of files
+            path = Path(name)
+            is_folder = path.is_dir()
+            for file in sorted(filter(Path.is_file, path.iterdir())) if is_folder else [path]:
+                named = not common.is_by_content or file != path
+                digest.update((file.name.encode() if named else b"") + b"\0" + file.read_bytes())
         digest.update(b";")
     return replace(common, inputs=digest.hexdigest()[:_DIGITS])
-
-
-def _files_of(name: str | None) -> list[Path]:
-    """Return the files of a measured set: a single file, or those of a folder."""
-    if name is None:
-        return []
-    path = Path(name)
-    return sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
 
 
 @lru_cache(maxsize=KEPT)

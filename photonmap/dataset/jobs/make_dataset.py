@@ -164,12 +164,16 @@ def _run(
             agenda.learn(task, result)
             if isinstance(result, str):
                 outcome.failures[task.job.name] = result
+                line = f"{task.job.name} failed: {result}"
             else:
                 outcome.entries[task.job.name] = result
                 outcome.rendered += 1
                 manifest.append_line(Path(task.folder), result)
+                error = "unknown" if result["error"] is None else f"{result['error']:.4f}"
+                took = sum(result["seconds"].values())
+                line = f"{task.job.name}: error {error}, {took:.1f} s"
             done = outcome.rendered + len(outcome.failures)
-            log(f"{done}/{len(tasks)} {_line(task.job.name, result)}; {agenda.describe()}")
+            log(f"{done}/{len(tasks)} {line}; {agenda.describe()}")
             if isinstance(result, str) and any(sign in result for sign in FULL):
                 break
     for task in tasks:
@@ -206,11 +210,3 @@ def _warn_of_others(folder: Path, jobs: Sequence[Job], entries: Entries) -> None
     said = [f"{t} ({len(names)}: {enumerated(names, 1)})" for t, names in texts.items() if names]
     if said:
         warn(f"{folder}: {'; '.join(said)}")
-
-
-def _line(name: str, result: dict[str, Any] | str) -> str:
-    if isinstance(result, str):
-        return f"{name} failed: {result}"
-    seconds = sum(result["seconds"].values())
-    error = "unknown" if result["error"] is None else f"{result['error']:.4f}"
-    return f"{name}: error {error}, {seconds:.1f} s"

@@ -39,6 +39,8 @@ glass; the last two together."""
 _ROUGH = (0.12, 0.45)  # range of the roughness of glossy surfaces, which the chip decides
 _DARKEST, _LIGHTEST = 2, 9  # Munsell values of the grey chips
 _METAL, _GLASS = "metal", "glass"
+_ROUGH_METAL, _POLISHED_METAL = Material.metal(_METAL, 0.85, 0.35), Material.polished(_METAL, 0.85)
+_CLEAR_GLASS = Material.glass(_GLASS, 1.5, 0.97)
 _NOTATION = re.compile(r"([\d.]+)([A-Z]+) ([\d.]+)/([\d.]+)")
 _GREY = re.compile(r"N(\d)")
 
@@ -369,11 +371,13 @@ class Palette:
 
     def metal(self) -> Material:
         """Return metal, polished or rough; a grey chip where there is none."""
-        return _metal(self._rough) if self.mixed else self.grey(6)
+        if not self.mixed:
+            return self.grey(6)
+        return _ROUGH_METAL if self._rough else _POLISHED_METAL
 
     def glass(self, material: Material) -> Material:
         """Return clear glass for a closed shape; `material` itself where there is none."""
-        return _clear_glass() if self.mixed else material
+        return _CLEAR_GLASS if self.mixed else material
 
     def material_among(self, materials: Sequence[Material]) -> Material:
         """Draw one of several materials."""
@@ -382,16 +386,6 @@ class Palette:
 
 def _changed(material: Material, **parts: str) -> Material:
     return surface_of(material.name)._replace(**parts).material()
-
-
-@cache
-def _metal(rough: bool) -> Material:
-    return Material.metal(_METAL, 0.85, 0.35) if rough else Material.polished(_METAL, 0.85)
-
-
-@cache
-def _clear_glass() -> Material:
-    return Material.glass(_GLASS, 1.5, 0.97)
 
 
 class Draw(Palette):

@@ -92,14 +92,14 @@ def export(
         parts = by_split(images)
         warn_of_empty(parts)
         write(made, Samples(parts, wanted, most, log))
-        head = _configs(list(parts)) if layout == HUGGING_FACE else []
+        head = _configs(parts) if layout == HUGGING_FACE else []
         title = images.folder.resolve().name
         card = write_card(images, license_, title, how_to_read(layout), head)
         (made / CARD).write_text(card, encoding="utf-8")
         (made / LICENSE).write_text(license_.text, encoding="utf-8")
 
 
-def _configs(parts: Sequence[str]) -> list[str]:
+def _configs(parts: Iterable[str]) -> list[str]:
     """Return where Hugging Face finds the files of each split, for the head of the card."""
     files = [
         f"  - split: {'validation' if part == 'val' else part}\n    path: {DATA}/{part}-*.parquet"
@@ -245,7 +245,8 @@ class _Writer:
     def add(self, image: Image, members: dict[str, bytes]) -> dict[str, Any]:
         """Write a sample; return its line of the index."""
         key = image.name.replace(".", "_")  # a dot ends the key of a sample
-        tar = self._open(_tar_size(members.values()))
+        files = sum(tarfile.BLOCKSIZE + _padded(len(data)) for data in members.values())
+        tar = self._open(files + 2 * tarfile.BLOCKSIZE)  # with what ends a tar file
         begin, places = tar.offset, {}
         for ending, data in members.items():
             info = tarfile.TarInfo(f"{key}.{ending}")
@@ -258,7 +259,7 @@ class _Writer:
 
     def _open(self, more: int) -> tarfile.TarFile:
         """Return the shard that takes so many bytes more."""
-        if self._tar is not None and self._tar.offset + more <= self._most:
+        if self._tar and self._tar.offset + more <= self._most:
             return self._tar
         self.close()
         path = self._folder / f"{self._part}-{len(self.paths):06}.tar"
@@ -275,12 +276,6 @@ class _Writer:
 
 def _padded(size: int) -> int:
     return -(-size // tarfile.BLOCKSIZE) * tarfile.BLOCKSIZE
-
-
-def _tar_size(members: Iterable[bytes]) -> int:
-    """Return the bytes of a sample and of what ends a tar file."""
-    files = sum(tarfile.BLOCKSIZE + _padded(len(data)) for data in members)
-    return files + 2 * tarfile.BLOCKSIZE
 
 
 DATA = "data"
