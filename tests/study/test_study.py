@@ -163,16 +163,20 @@ def tiny(cornell):
     return Study(cornell, settings, None, Silent(), lambda line: None)
 
 
+def points_of(study, sweep):
+    return [point for point in study.points if point.sweep == sweep]
+
+
 def test_all_of_a_study_in_a_few_pixels(tiny):
     extent = Extent(0.5, ("rgb", "3", "81"), (1, 2), (1, 2), (1,), repeats=2, forced=False)
     run_sweeps(tiny, extent)
-    assert len(tiny.of("photons")) == len(tiny.of("resolution")) == 2
-    assert [p.settings.bands for p in tiny.of("bands")] == ["81", "rgb", "3", "6"]
-    assert tiny.of("bands")[0].color is None
+    assert len(points_of(tiny, "photons")) == len(points_of(tiny, "resolution")) == 2
+    assert [p.settings.bands for p in points_of(tiny, "bands")] == ["81", "rgb", "3", "6"]
+    assert points_of(tiny, "bands")[0].color is None
     assert effects_on(tiny) == ["emission", "direct", "soft_shadows", "indirect"]
-    assert tiny.of("resolution")[1].settings.size == (16, 16)
-    assert tiny.of("resolution")[1].error_map.kind == "stated"
-    assert tiny.of("resolution")[1].true == {}
+    assert points_of(tiny, "resolution")[1].settings.size == (16, 16)
+    assert points_of(tiny, "resolution")[1].error_map.kind == "stated"
+    assert points_of(tiny, "resolution")[1].true == {}
 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
