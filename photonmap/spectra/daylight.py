@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from photonmap.errors import InputError
 from photonmap.spectra.curves import Floats, Spectrum, integrate_products
-from photonmap.spectra.names import colour_science
+from photonmap.spectra.names import daylight_series
 from photonmap.spectra.observer import observer
 
 TURBIDITY = (2.0, 10.0)
@@ -83,11 +83,8 @@ def daylight_basis() -> tuple[Floats, Floats]:
 
     All daylight is a sum of the three (CIE 15:2018, table T.2).
     """
-    with colour_science() as colour:
-        curves = colour.colorimetry.SDS_BASIS_FUNCTIONS_CIE_ILLUMINANT_D_SERIES
-        wavelengths = curves["S0"].wavelengths
-        values = np.stack([curves[name].values for name in ("S0", "S1", "S2")])
-    return np.array(wavelengths, np.float64), np.array(values, np.float64)
+    rows = daylight_series()
+    return rows[0], rows[1:]
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,28 @@
 """Curves that colour-science has by name: lights, chart patches, observers and cameras.
 
-Importing colour-science takes a second, so it is imported when a name is looked up.
+Importing colour-science takes two seconds, so it is imported when a name is looked up for the first
+time; the curves of lights and patches are then kept on disk.
 """
 
 from __future__ import annotations
 
+import hashlib
+import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+import platformdirs
+
 from photonmap.errors import InputError
+from photonmap.runtime.kept_tables import kept_on_disk
 from photonmap.runtime.wording import suggest
-from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.curves import Floats, Spectrum
 from photonmap.spectra.observer import normalise_luminance
 
 _HOTTEST, _COLDEST = 1e6, 300.0  # K; in between, there is some light at all of 400 to 700 nm
@@ -31,13 +40,25 @@ def colour_science() -> Iterator[Any]:
         yield colour
 
 
+@cache
+def _folder() -> Path:
+    """Return where curves are kept: it is named by the code that makes them."""
+    code = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:16]
+    made_by = f"{code}-{version('colour-science')}-{np.__version__}"
+    user_folder = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("photonmap")
+    return Path(user_folder) / f"curves-{made_by}"
+
+
+_kept = kept_on_disk(lambda: _folder())
+
+
 def light(name: str) -> Spectrum:
     """Return a CIE illuminant or light source, scaled to Y = 1.
 
     Names are spelled as in colour-science, in any case; F1 to F12 stand for FL1 to FL12. The error
     about an unknown one suggests the nearest, as for the other kinds.
     """
-    return normalise_luminance(_spectrum(_find("light", name, _lights())))
+    return normalise_luminance(Spectrum(*_light(name)))
 
 
 def patch(name: str) -> Spectrum:
@@ -45,7 +66,7 @@ def patch(name: str) -> Spectrum:
 
     "white 9.5 (.05 D)" is "white 9.5" too.
     """
-    return _spectrum(_find("reflectance", name, _patches()))
+    return Spectrum(*_patch(name))
 
 
 def sensors(name: str) -> tuple[tuple[str, Spectrum], ...]:
@@ -68,9 +89,7 @@ def planck(kelvin: float) -> Spectrum:
         raise InputError(
             f"a black body of {kelvin:g} K is out of range; write {_COLDEST:g} to {_HOTTEST:g} K"
         )
-    with colour_science() as colour:
-        curve = colour.sd_blackbody(kelvin, colour.SpectralShape(300.0, 1000.0, 1.0))
-    return normalise_luminance(_spectrum(curve))
+    return normalise_luminance(Spectrum(*_black_body(kelvin)))
 
 
 def daylight(kelvin: float) -> Spectrum:
@@ -81,10 +100,40 @@ def daylight(kelvin: float) -> Spectrum:
     if not DAYLIGHT[0] <= kelvin <= DAYLIGHT[1]:
         low, high = DAYLIGHT
         raise InputError(f"daylight of {kelvin:g} K is out of range; write {low:g} to {high:g} K")
+    return normalise_luminance(Spectrum(*_phase_of_daylight(kelvin)))
+
+
+@_kept
+def _light(name: str) -> Floats:
+    return _rows(_find("light", name, _lights()))
+
+
+@_kept
+def _patch(name: str) -> Floats:
+    return _rows(_find("reflectance", name, _patches()))
+
+
+@_kept
+def _black_body(kelvin: float) -> Floats:
+    with colour_science() as colour:
+        return _rows(colour.sd_blackbody(kelvin, colour.SpectralShape(300.0, 1000.0, 1.0)))
+
+
+@_kept
+def _phase_of_daylight(kelvin: float) -> Floats:
     with colour_science() as colour:
         chromaticity = colour.temperature.CCT_to_xy_CIE_D(kelvin)
-        curve = colour.sd_CIE_illuminant_D_series(chromaticity, shape=colour.SPECTRAL_SHAPE_DEFAULT)
-    return normalise_luminance(_spectrum(curve))
+        shape = colour.SPECTRAL_SHAPE_DEFAULT
+        return _rows(colour.sd_CIE_illuminant_D_series(chromaticity, shape=shape))
+
+
+@_kept
+def daylight_series() -> Floats:
+    """Return wavelengths, nm, and the CIE's S0, S1 and S2, whose sums all daylight is, (4, L)."""
+    with colour_science() as colour:
+        curves = colour.colorimetry.SDS_BASIS_FUNCTIONS_CIE_ILLUMINANT_D_SERIES
+        rows = [curves[name].values for name in ("S0", "S1", "S2")]
+        return np.array([curves["S0"].wavelengths, *rows], np.float64)
 
 
 @cache
@@ -122,5 +171,6 @@ def _spelled(curves: Iterable[Any]) -> list[str]:
     return [curve.name for curve in curves]
 
 
-def _spectrum(curve: Any) -> Spectrum:
-    return Spectrum(curve.wavelengths, curve.values)
+def _rows(curve: Any) -> Floats:
+    """Return wavelengths and values, (2, L)."""
+    return np.array([curve.wavelengths, curve.values], np.float64)

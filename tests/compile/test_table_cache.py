@@ -8,6 +8,7 @@ import pytest
 from photonmap.compile import table_cache
 from photonmap.compile.surfaces.glossy import lobe_albedos
 from photonmap.compile.table_cache import kept_on_disk
+from photonmap.runtime import kept_tables
 
 
 @pytest.fixture
@@ -61,7 +62,7 @@ def test_no_folder_is_no_reason_to_stop(folder, table):
 
 
 def test_no_more_than_a_number_of_files(folder, table, monkeypatch):
-    monkeypatch.setattr(table_cache, "MOST", 2)
+    monkeypatch.setattr(kept_tables, "MOST", 2)
     for number in range(4):
         table(float(number))
     assert len(list(folder.iterdir())) == 2

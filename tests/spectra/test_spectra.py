@@ -13,6 +13,7 @@ from scipy.integrate import quad
 
 from photonmap.errors import InputError
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.color_text import emission, reflectance
 from photonmap.spectra.curves import Spectrum, SpectrumSet, integrate_products
 from photonmap.spectra.observer import (
     observer,
@@ -226,11 +227,17 @@ def test_colours_look_right_to_another_observer(colour):
 
 
 def test_colour_science_is_not_needed_at_run_time():
+    """But for what no process has looked up before."""
+    for name in ("D65", "planck:2700", "daylight:5000", "sky:3,45"):
+        emission(name)
+    reflectance("dark skin")
     code = (
         "import json, sys; from photonmap.spectra.bands import Bands;"
         "import photonmap.spectra.projection as p;"
         "p.direct_projection(Bands.gaussian(6), 'rgb'); import photonmap as pm;"
-        "pm.reflectance('munsell:5R 5/10'); pm.emission('rgb:1,2,3');"
+        "pm.reflectance('munsell:5R 5/10'); pm.emission('rgb:1,2,3'); pm.emission('D65');"
+        "pm.emission('planck:2700'); pm.emission('daylight:5000'); pm.reflectance('dark skin');"
+        "pm.emission('sky:3,45');"
         "print(json.dumps([m for m in ('colour', 'scipy', 'matplotlib') if m in sys.modules]))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -108,7 +108,7 @@ def figure(name: str) -> Statistic:
     """Return what computes a figure of scores (K,) by its name."""
     if name == "mean":
         return mean
-    return lambda scores: float(getattr(angular.summarise_angles(scores), name))
+    return partial(angular.angular_figure, name)
 
 
 def choose_metrics(names: str | Sequence[str] | None, space: str) -> list[Metric]:

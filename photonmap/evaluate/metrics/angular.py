@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,15 +92,26 @@ class AngularSummary:
 
 def summarise_angles(errors: Any) -> AngularSummary:
     """Return the figures of errors (K,), K at least 1; a quarter is ⌈K / 4⌉ of them."""
+    return AngularSummary(**{name: angular_figure(name, errors) for name in _FIGURES})
+
+
+def angular_figure(name: str, errors: Any) -> float:
+    """Return one figure of an `AngularSummary` of errors (K,), K at least 1, by its name."""
     ordered = np.sort(np.asarray(errors, np.float64).ravel())
     if not ordered.size:
         raise InputError("there are no angular errors to summarise")
+    return float(_FIGURES[name](ordered))
+
+
+def _trimean(ordered: Floats) -> float:
     low, middle, high = np.percentile(ordered, (25.0, 50.0, 75.0))
-    quarter = -(-len(ordered) // 4)
-    return AngularSummary(
-        float(ordered.mean()),
-        float(middle),
-        float(low + 2.0 * middle + high) / 4.0,
-        float(ordered[:quarter].mean()),
-        float(ordered[-quarter:].mean()),
-    )
+    return float(low + 2.0 * middle + high) / 4.0
+
+
+_FIGURES: dict[str, Callable[[Floats], Any]] = {
+    "mean": np.mean,
+    "median": lambda ordered: np.percentile(ordered, 50.0),
+    "trimean": _trimean,
+    "best": lambda ordered: ordered[: -(-len(ordered) // 4)].mean(),
+    "worst": lambda ordered: ordered[-len(ordered) // 4 :].mean(),
+}
