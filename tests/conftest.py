@@ -1,6 +1,7 @@
 """Fixtures shared by the tests, and how tests are shared out to processes that run at once."""
 
 import fcntl
+import gc
 import importlib
 import os
 import sys
@@ -17,6 +18,9 @@ from helpers.scenes import closed_box
 import photonmap as pm
 from photonmap.commands.main import main
 
+# What is imported and collected stays: to look for garbage in it takes a tenth of all time.
+gc.disable()
+
 FIRST = ("golden", "study", "render", "hard")
 """Folders of tests that begin"""
 
@@ -25,6 +29,12 @@ def pytest_collection_modifyitems(items):
     """Golden images first: they compile most kernels; then the files that take longest."""
     order = {folder: number for number, folder in enumerate(FIRST)}
     items.sort(key=lambda item: order.get(item.path.parent.name, len(FIRST)))
+
+
+def pytest_collection_finish():
+    """Leave the thousands of tests, and what they import, out of collections of garbage."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -38,7 +48,8 @@ def pytest_xdist_make_scheduler(config, log):
             folder, _, name = nodeid.partition("::")[0].rpartition("/")
             if folder.endswith("golden"):
                 return nodeid
-            return folder if folder.endswith(("study", "dataset/scenes")) else name
+            shared = folder == "tests" or folder.endswith(("study", "dataset/scenes"))
+            return folder if shared else name
 
     config.option.loadscopereorder = False  # by size: golden images came last
     return ByFile(config, log)

@@ -8,6 +8,7 @@ import math
 import re
 import shutil
 import warnings
+from itertools import islice
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 import numpy as np
@@ -297,17 +298,25 @@ def is_believed(place, there, value):
 
 
 def faults_in(images, image, scene):
-    """Return what is found without rendering and without reading all files again."""
+    """Return what is found first, without rendering and without reading all files again."""
     entry, head = image.entry, images.head
-    found = list(misfits(head, GROWN_HEAD_KINDS)) or faults_of_entry(entry, False)
+
+    def found():
+        yield from faults_of_entry(entry, False)
+        yield from misfits(head, GROWN_HEAD_KINDS)
+        yield from check_head(images, {image.name})
+        yield from check_files(image, head)
+        yield from check_entry(image, head)
+        yield from version_faults(entry, head["versions"])
+        yield from check_scene(image, scene)
+        yield from check_digests(image)
+        hashes = hash_files(image.folder, entry["files"])
+        yield from (name for name in hashes if hashes[name] != entry["files"][name])
+
     try:
-        found = found or [*check_head(images, {image.name}), *check_files(image, head)]
-        found = found or [*check_entry(image, head), *version_faults(entry, head["versions"])]
-        found = found or [*check_scene(image, scene), *check_digests(image)]
-        hashes = found or hash_files(image.folder, entry["files"])
+        return list(islice(found(), 1))
     except pm.InputError as error:
         return [str(error)]
-    return found or [name for name in hashes if hashes[name] != entry["files"][name]]
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from helpers.marks import slow
 from helpers.source import ROOT
 from test_docs import blocks
 
@@ -85,7 +86,7 @@ def pyright():
     return ["pyright", "--pythonpath", sys.executable]
 
 
-@pytest.mark.parametrize("tool", [mypy, pyright], ids=lambda tool: tool.__name__)
+@pytest.mark.parametrize("tool", [mypy, *slow(pyright)], ids=lambda tool: tool.__name__)
 def test_users_see_types(folder, tool):
     """What the README shows and what works is accepted, and a mistake is found."""
     done = subprocess.run(

@@ -279,9 +279,11 @@ def test_long_tables_are_cut(capsys, tmp_path):
     assert len(info(capsys, tmp_path / "a.obj")["meshes"]) == 50
 
 
-def test_thumbnail(capsys, tmp_path):
+def test_thumbnail(capsys, tmp_path, monkeypatch):
     import OpenImageIO
 
+    quick = {"size": (160, 120), "passes": 2}
+    monkeypatch.setattr("photonmap.commands.info._THUMBNAIL", quick)
     assert main(["convert", f"{FOLDER}/furnace.obj", str(tmp_path / "a.glb"), "--quiet"]) == 0
     assert main(["info", str(tmp_path / "a.glb"), "--thumbnail"]) == 0
     pixels = OpenImageIO.ImageBuf(str(tmp_path / "a-thumbnail.png")).get_pixels()

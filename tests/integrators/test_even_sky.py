@@ -81,7 +81,7 @@ def assert_vanishes(materials, method, passes):
         assert abs(value.mean(dtype=float) - 0.7) < 4.0 * error + 0.003 * 0.7
 
 
-@pytest.mark.parametrize(("method", "passes"), [("photon", 16), ("path", 96)])
+@pytest.mark.parametrize(("method", "passes"), [("photon", 8), ("path", 48)])
 @pytest.mark.parametrize("name", SKIES)
 def test_white_balls(name, method, passes):
     if (name, method) != (BY_PATHS_ALONE, "photon"):

@@ -108,7 +108,7 @@ def seen_by(projection):
 @pytest.mark.parametrize(
     "camera",
     [
-        replace(EYE, fov=pm.Camera.fov, height=2.4),
+        pytest.param(replace(EYE, fov=pm.Camera.fov, height=2.4), marks=pytest.mark.slow),
         seen_by(CAMERAS["Brown-Conrady"]["projection"]),
         seen_by(pm.Panorama()),
     ],

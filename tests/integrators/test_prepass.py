@@ -80,7 +80,7 @@ def test_how_far_light_is_shared_hardly_depends_on_the_seed():
     above = quad((4, 6, -1), (6, 6, -1), (6, 6, 1), (4, 6, 1), lamp, "lamp")
     scene = pm.Scene([floor, ball, above], [], pm.Camera((0, 8, 16), (0, 0, 0), fov=40))
     results = [
-        pm.render(scene, bands=3, size=(48, 48), passes=24, adaptive=False, seed=seed)
+        pm.render(scene, bands=3, size=(48, 48), passes=12, adaptive=False, seed=seed)
         for seed in range(4)
     ]
     light = np.array([result.indirect[..., 0] for result in results], float)

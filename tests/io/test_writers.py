@@ -25,7 +25,7 @@ def assert_same_meshes(first, second):
 
 
 def assert_same_picture(first, second):
-    settings = {"bands": 3, "size": (16, 12), "passes": 2, "photons": 1 << 14}
+    settings = {"bands": 3, "size": (16, 12), "passes": 1, "photons": 1 << 12}
     a, b = pm.render(first, **settings), pm.render(second, **settings)
     for name in a.buffers:
         np.testing.assert_array_equal(a.buffers[name], b.buffers[name])

@@ -1,5 +1,6 @@
 """Machine code is found again where nothing that it reaches was edited, and where it is whole."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -20,11 +21,56 @@ from photonmap.kernels.core.jit import kernel
 def pdf_times_pi():
     return warp.cosine_hemisphere_pdf(1.0) * math.pi
 """
-CALL = "import caller as c; print(c.pdf_times_pi(), sum(c.pdf_times_pi.stats.cache_hits.values()))"
+CALLS = """
+import json, os, sys
+from contextlib import redirect_stderr
+from io import StringIO
+import numba
+
+for line in sys.stdin:
+    folder, environment = json.loads(line)
+    if child := os.fork():
+        if os.waitpid(child, 0)[1]:
+            sys.exit("the call failed")
+        continue
+    os.environ.update(environment)
+    numba.config.reload_config()
+    os.chdir(folder)
+    sys.path.insert(0, folder)
+    with redirect_stderr(StringIO()) as messages:
+        from caller import pdf_times_pi
+        value = pdf_times_pi()
+    found = sum(pdf_times_pi.stats.cache_hits.values()) == 1
+    print(json.dumps([value, found, messages.getvalue()]), flush=True)
+    os._exit(0)
+"""
+"""Calls the kernel of each folder that it reads in a process of its own, into which Numba was
+imported before."""
 
 
 @pytest.fixture(scope="module")
-def compiled(tmp_path_factory):
+def call():
+    """Call the kernel in a process of its own; return its value, whether it was found, messages."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    with subprocess.Popen(
+        [sys.executable, "-c", CALLS],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=kept,
+    ) as process:
+
+        def answer(checkout, **environment):
+            places = {"NUMBA_CACHE_DIR": str(checkout / "cache"), **environment}
+            print(json.dumps([str(checkout), places]), file=process.stdin, flush=True)
+            return tuple(json.loads(process.stdout.readline()))
+
+        yield answer
+        process.stdin.close()
+
+
+@pytest.fixture(scope="module")
+def compiled(call, tmp_path_factory):
     """A checkout of kernels whose caller was compiled."""
     folder = tmp_path_factory.mktemp("compiled") / "checkout"
     ignored = shutil.ignore_patterns("__pycache__", "compiled")
@@ -42,28 +88,13 @@ def checkout(compiled, tmp_path):
     return shutil.copytree(compiled, tmp_path / "checkout")
 
 
-def call(checkout, **environment):
-    """Call the kernel in a process of its own; return its value, whether it was found, messages."""
-    places = {"NUMBA_CACHE_DIR": str(checkout / "cache"), "PYTHONPATH": str(checkout)}
-    done = subprocess.run(
-        [sys.executable, "-c", CALL],
-        capture_output=True,
-        text=True,
-        cwd=checkout,
-        env={**os.environ, **places, **environment},
-        check=True,
-    )
-    value, found = done.stdout.split()
-    return float(value), found == "1", done.stderr
-
-
 def edit(source, before, after):
     text = source.read_text()
     assert before in text
     source.write_text(text.replace(before, after))
 
 
-def test_edits_are_noticed_where_they_matter(checkout):
+def test_edits_are_noticed_where_they_matter(call, checkout):
     """Numba itself would keep a caller's old code where its callee was edited (numba #1833)."""
     edit(checkout / "kernels" / "film" / "moments.py", "import math\n", "import math\n\n")
     assert call(checkout) == (1.0, True, "")
@@ -71,13 +102,13 @@ def test_edits_are_noticed_where_they_matter(checkout):
     assert call(checkout) == (2.0, False, "")
 
 
-def test_code_comes_with_the_package(checkout):
+def test_code_comes_with_the_package(call, checkout):
     shutil.move(checkout / "cache" / "code", checkout / "kernels" / "compiled")
     assert call(checkout) == (1.0, True, "")
     assert not (checkout / "cache" / "code").exists()
 
 
-def test_damaged_files_are_written_anew(checkout):
+def test_damaged_files_are_written_anew(call, checkout):
     for suffix in ("nbi", "nbc"):
         (file,) = (checkout / "cache" / "code").glob(f"caller*.{suffix}")
         file.write_bytes(file.read_bytes()[:-1] + b"?")
@@ -87,7 +118,7 @@ def test_damaged_files_are_written_anew(checkout):
     assert call(checkout) == (1.0, True, "")
 
 
-def test_processors_have_code_of_their_own_or_of_their_level(checkout):
+def test_processors_have_code_of_their_own_or_of_their_level(call, checkout):
     options = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
     assert call(checkout, **options) == (1.0, False, "")
     if not code_cache.levels():

@@ -183,7 +183,7 @@ def test_a_portal_lets_in_the_sun_as_a_hole_does(angle):
 def test_sun_and_sky_add_up_through_a_portal():
     sky, settings = (
         pm.OvercastLight(0.5),
-        {"bands": "rgb", "size": (16, 12), "passes": 32, "photons": 16384},
+        {"bands": "rgb", "size": (16, 12), "passes": 24, "photons": 8192},
     )
     alone = [pm.render(facing_in(room([light], PANE)), **settings) for light in (sky, SUN)]
     both = pm.render(facing_in(room([sky, SUN], PANE)), seed=3, per_light=True, **settings)
@@ -210,7 +210,7 @@ def test_a_sun_passes_panes_that_are_boxes_and_the_edges_between_triangles(metho
         corners = [(1.0, LOW, z), (1.1, LOW, z), (1.1, HIGH, z), (1.0, HIGH, z)]
         for each in (scene, boxed):
             each.meshes.append(quad(*corners, ring, f"frame {z}"))
-    settings = {"bands": "rgb", "size": (16, 12), "passes": 32, "photons": 16384, "method": method}
+    settings = {"bands": "rgb", "size": (16, 12), "passes": 24, "photons": 8192, "method": method}
     compare(pm.render(boxed, seed=5, **settings), pm.render(scene, **settings), slack=0.002)
 
 
@@ -241,7 +241,7 @@ def test_caustics_of_a_sun_through_a_portal(look):
             glass = pm.Material("glass", 0.0, ior=1.5, thin=True, tint=0.5)
             corners = [(0.0, 0.0, -0.9), (0.0, 1.9, -0.9), (0.0, 1.9, 0.9), (0.0, 0.0, 0.9)]
             each.meshes.append(quad(*corners, glass, "glass"))
-    settings = {"bands": "rgb", "size": (16, 12), "passes": 32, "photons": 16384}
+    settings = {"bands": "rgb", "size": (16, 12), "passes": 24, "photons": 8192}
     wanted, found = pm.render(hole, seed=3, **settings), pm.render(scene, **settings)
     compare(found, wanted, ("radiance", "direct"), slack=0.01)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers.generated import appearance, lit, unlit
+from helpers.marks import slow
 
 from photonmap.dataset.models.materials import Draw
 from photonmap.dataset.models.scene_object import multi_part, overlap
@@ -55,7 +56,7 @@ def walls_of(made):
     return np.ptp(next(o for o in made.objects if o.name == "walls").bounds, axis=0)
 
 
-@pytest.mark.parametrize("name", ROOMS)
+@pytest.mark.parametrize("name", [*KINDS, *slow(*FURTHER_KINDS)])
 def test_rooms_have_a_door_and_windows_and_vary_in_size(name):
     least, most = np.transpose((KINDS | FURTHER_KINDS)[name].size)
     assert (most > least).all()

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from helpers.generated import lit, unlit
+from helpers.marks import slow
 
 import photonmap as pm
 from photonmap.dataset.jobs.presets import PRESETS
@@ -19,14 +20,14 @@ from photonmap.dataset.models.scene_object import (
 )
 from photonmap.dataset.models.shapes import box
 from photonmap.dataset.publication.metadata import CATEGORIES, kind_of
-from photonmap.dataset.scenes.build import SCENES, build_scene
+from photonmap.dataset.scenes.build import PAPER_SCENES, SCENES, build_scene
 from photonmap.dataset.scenes.exposure import LEVEL
 from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,
     Illumination,
 )
 from photonmap.dataset.scenes.outdoors import OUTDOORS
-from photonmap.dataset.scenes.rooms.catalogue import ROOMS
+from photonmap.dataset.scenes.rooms.catalogue import FURTHER_KINDS, ROOMS
 from photonmap.dataset.scenes.single_objects import OBJECTS
 from photonmap.errors import InputError
 from photonmap.scene.material import Material
@@ -49,7 +50,8 @@ HUNG = (
     "wall lantern",
 )
 DEEPEST_WINDOW = 0.2
-SEEDS = (0, pytest.param(1, marks=pytest.mark.slow))
+SEEDS = (0, *slow(1))
+each_scene = pytest.mark.parametrize("name", [*PAPER_SCENES, *OUTDOORS, *slow(*FURTHER_KINDS)])
 
 
 def random(seed=0):
@@ -116,7 +118,7 @@ def test_light_changes_the_lamps_alone():
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("name", SCENES)
+@each_scene
 def test_all_lie_within_the_room_and_apart(name, seed):
     made = unlit(name, seed)
     objects = objects_of(made)
@@ -145,7 +147,7 @@ def rests(obj, others, walls):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("name", SCENES)
+@each_scene
 def test_all_rest_on_something(name, seed):
     made = unlit(name, seed)
     shell = next(t for t in made.objects if t.name in ("walls", "backdrop"))
@@ -155,7 +157,7 @@ def test_all_rest_on_something(name, seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("name", SCENES)
+@each_scene
 def test_the_camera_is_free(name, seed):
     made = unlit(name, seed)
     origin, target = np.array(made.camera.origin), np.array(made.camera.target)
@@ -173,7 +175,7 @@ def test_the_camera_is_free(name, seed):
         assert 1.2 < origin[1] < 1.8
 
 
-@pytest.mark.parametrize("name", SCENES)
+@each_scene
 def test_surfaces_are_chips(name):
     known = set(shipped_set().names)
     parts = [part for obj in unlit(name).objects for part in obj.parts]
@@ -184,7 +186,7 @@ def test_surfaces_are_chips(name):
     assert 10_000 < sum(len(part.shape.faces) for part in parts) < 300_000
 
 
-@pytest.mark.parametrize("name", SCENES)
+@each_scene
 def test_all_objects_have_a_category(name):
     assert {kind_of(obj.name) for obj in unlit(name).named_objects} <= {*CATEGORIES}
 
@@ -199,7 +201,7 @@ def test_mixed_materials():
         np.testing.assert_array_equal(a.boxes, b.boxes)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@each_scene
 def test_renders_with_sane_numbers(name):
     made = unlit(name)
     scene = lit(name)
