@@ -11,6 +11,7 @@ from helpers.source import ROOT
 
 import photonmap as pm
 from photonmap.commands import main
+from photonmap.evaluate import intervals
 from photonmap.evaluate.bench.measure import METRICS
 from photonmap.evaluate.methods.method import BUILT_IN
 
@@ -184,7 +185,7 @@ def data_set(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "OUT").mkdir()
     (tmp_path / "my_network").mkdir()
-    for name, layers in write_set(tmp_path / "OUT").items():
+    for name, layers in write_set(tmp_path / "OUT", scenes=(0, 1)).items():
         np.savez(tmp_path / "my_network" / f"{name}.npz", shading=layers.shading[..., :3])
     return tmp_path
 
@@ -195,7 +196,8 @@ def test_snippets_of_evaluation(data_set, capsys):
     assert capsys.readouterr().out.startswith("square-root lmse reflectance mean 0.")
 
 
-def test_commands_of_evaluation(data_set):
+def test_commands_of_evaluation(data_set, monkeypatch):
+    monkeypatch.setattr(intervals, "RESAMPLES", 199)
     text = docs("evaluation.md").read_text(encoding="utf-8")
     commands = re.findall(r"^    python -m photonmap (evaluate OUT --.*)$", text, re.M)
     assert len(commands) == 3
