@@ -192,6 +192,15 @@ def move(part: Part, matrix: Floats) -> Part:
     return replace(part, vertices=vertices, faces=faces, normals=normals, tangents=tangents)
 
 
+def turned_to_normals(part: Part) -> Part:
+    """Return a part whose faces look where the normals of their vertices do."""
+    assert part.normals is not None
+    a, b, c = (part.vertices[part.faces[:, corner]] for corner in range(3))
+    along = part.normals[part.faces].sum(axis=1)
+    is_behind = (np.cross(b - a, c - a) * along).sum(axis=1) < 0.0
+    return replace(part, faces=np.where(is_behind[:, None], part.faces[:, ::-1], part.faces))
+
+
 def is_closed(part: Part) -> bool:
     """Return whether each edge has a triangle on either side; vertices of one place are one."""
     _, same = np.unique(part.vertices, axis=0, return_inverse=True)

@@ -31,6 +31,7 @@ from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import unit
 from photonmap.scene.projections import Intrinsics
 from photonmap.scene.scene import Scene
+from photonmap.scene.textures import is_black
 from photonmap.spectra.curves import Color, Floats
 from photonmap.spectra.tables import read_bytes
 
@@ -238,13 +239,27 @@ def _part(node: Node) -> meshes.Part:
 
 
 def _mesh(node: Node, name: str, outer: Floats) -> Mesh:
-    part = meshes.move(_part(node), outer @ node.transform())
+    """Return the mesh of a shape, `outer` being the matrix of its instance.
+
+    Faces look where Mitsuba's normals do. Those of other shapes, and of vertices in files, are
+    turned as normals are; where they follow from how faces are wound, and those of spheres, the
+    shape's own transformation turns them over if it mirrors.
+    """
+    local, own, material = _part(node), node.transform(), _material(node)
+    part = meshes.move(local, outer @ own)
+    is_wound = node.type == "sphere"
+    node.read.add("face_normals")  # has no effect on shapes whose normals are known
     if node.type in _FILES:
-        part = _with_normals(node, part)
-    if node.flag("flip_normals", False):
+        is_flat = node.flag("face_normals", False)
+        is_wound = is_flat or local.normals is None or not local.normals.any()
+        part = _with_normals(part, is_flat)
+        if not is_wound and (material.ior is not None or not is_black(material.emission)):
+            part = meshes.turned_to_normals(part)
+    is_mirrored = is_wound and bool(np.linalg.det(own[:3, :3]) < 0.0)
+    if node.flag("flip_normals", False) != is_mirrored:
         normals = None if part.normals is None else -part.normals
         part = replace(part, faces=part.faces[:, ::-1], normals=normals)
-    mesh = meshes.build_mesh(node.element.path, part, _material(node), name)
+    mesh = meshes.build_mesh(node.element.path, part, material, name)
     node.lose_unread()
     return mesh
 
@@ -298,8 +313,8 @@ def _turned(part: meshes.Part) -> meshes.Part:
     return part if part.uv is None else replace(part, uv=part.uv * [1.0, -1.0] + [0.0, 1.0])
 
 
-def _with_normals(node: Node, part: meshes.Part) -> meshes.Part:
-    if node.flag("face_normals", False):
+def _with_normals(part: meshes.Part, is_flat: bool) -> meshes.Part:
+    if is_flat:
         return replace(part, normals=None)
     if part.normals is not None:
         return part

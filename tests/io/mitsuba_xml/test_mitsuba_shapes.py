@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 import trimesh
 from helpers.mitsuba_files import serialized
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from photonmap.errors import InputError, SceneWarning
 
 CORNER = np.array([1.0, 1.0, 1.0])
+FIXTURE = [HealthCheck.function_scoped_fixture]
 
 
 @pytest.fixture
@@ -153,7 +156,65 @@ def test_areas_and_sides(load, kind, true, bound, outwards):
         assert (np.linalg.norm(crosses(mesh), axis=1) > 0.0).all()
     faces_along(plain, outwards)
     faces_along(flipped, lambda at: -outwards(at))
-    faces_along(mirrored, outwards)
+    faces_along(mirrored, lambda at: -outwards(at) if kind == "sphere" else outwards(at))
+
+
+PLATE = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n"
+FILES = {
+    "bare.obj": PLATE + "f 1 2 3 4\n",
+    "smooth.obj": PLATE + "vn 0 0 1\nf 1//1 2//1 3//1 4//1\n",
+    "behind.obj": PLATE + "vn 0 0 -1\nf 1//1 2//1 3//1 4//1\n",
+}
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=FIXTURE)
+@given(
+    st.sampled_from(["rectangle", "disk", "sphere", "cube", "cylinder", *FILES]),
+    st.lists(st.floats(-2.0, 2.0, width=32), min_size=9, max_size=9),
+    st.booleans(),
+    st.booleans(),
+)
+def test_the_side_that_emits(load, kind, numbers, is_flipped, is_flat):
+    """Along Mitsuba's normals, whatever the transformation: compared with 3.9 in 352 cases.
+
+    Normals of vertices, and of shapes with formulas, are transformed as normals are; spheres are
+    turned inside out by what mirrors, and so are faces without normals, which are wound anew.
+    """
+    matrix = np.reshape(numbers, (3, 3))
+    assume(abs(np.linalg.det(matrix)) > 0.1 and np.linalg.cond(matrix) < 6.0)
+    steps = f'<matrix value="{" ".join(map(repr, numbers))}"/>'
+    file = f'<string name="filename" value="{kind}"/>' if kind in FILES else ""
+    flags = f'<boolean name="flip_normals" value="{str(is_flipped).lower()}"/>'
+    flags += '<boolean name="face_normals" value="true"/>' * (is_flat and kind in (*FILES, "cube"))
+    (mesh,) = load(
+        f'<shape type="{"obj" if file else kind}">{file}{flags}<transform name="to_world">{steps}'
+        '</transform><emitter type="area"/></shape>',
+        files=FILES,
+    ).meshes
+    local = {
+        "sphere": lambda at: at,
+        "cube": lambda at: at * (abs(at) > 0.9),
+        "cylinder": from_axis,
+    }
+    outwards = local.get(kind, lambda at: at * 0.0 + [0.0, 0.0, 1.0])
+    sign = -1.0 if is_flipped else 1.0
+    if kind == "sphere" or kind == "bare.obj" or (kind in FILES and is_flat):
+        sign *= np.sign(np.linalg.det(matrix))
+    elif kind == "behind.obj":
+        sign = -sign
+    turned = np.linalg.inv(matrix)
+    faces_along(mesh, lambda at: sign * outwards(at @ turned.T) @ turned)
+
+
+def test_instances_keep_the_side_that_emits(load):
+    mirror = '<transform name="to_world"><scale x="-1"/></transform>'
+    bare = f'<shape type="obj"><string name="filename" value="bare.obj"/>{mirror}</shape>'
+    (mesh,) = load(
+        f'<shape type="shapegroup" id="g">{bare}</shape>'
+        f'<shape type="instance"><ref id="g"/>{mirror}</shape>',
+        files=FILES,
+    ).meshes
+    faces_along(mesh, lambda at: at * 0.0 - [0.0, 0.0, 1.0])
 
 
 def test_a_moved_sphere(load):
