@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 
 from photonmap import dataset
 from photonmap.commands.main import main
@@ -22,7 +23,7 @@ HALF = 2.0**-11
 """Largest relative error of rounding to half precision."""
 
 
-@pytest.fixture(scope="module", params=["colored", "two_mixed"])
+@pytest.fixture(scope="module", params=[*slow("colored"), "two_mixed"])
 def pair(tmp_path_factory, request):
     """One image in lean files, rendered by one thread, and in full ones, by two."""
     preset = Preset("one", ("jug",), illuminations=(request.param,))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from helpers.marks import slow
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_arrays
@@ -229,7 +230,7 @@ def ball(radius, material, name):
 
 
 @pytest.mark.filterwarnings("ignore:.*successive reflections")
-@pytest.mark.parametrize("inner", [1.0, 2.0])
+@pytest.mark.parametrize("inner", [1.0, *slow(2.0)])
 def test_a_ball_in_a_ball(inner):
     """Against rays through exact balls: how much of a lamp behind them is seen."""
     core = pm.Material.glass("core", inner)

@@ -131,7 +131,7 @@ def test_a_cache_folder_that_cannot_be_made(tmp_path):
     assert float(messages) == pytest.approx(1.0 / np.pi)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGINT, *slow(signal.SIGKILL)])
 @pytest.mark.parametrize("seconds", [1.5, *slow(0.3, 2.0)])
 def test_signals_at_any_moment(tmp_path, number, seconds):
     """What is written is whole, or not there; Ctrl-C keeps the passes that are complete."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from helpers.comparisons import assert_within
+from helpers.marks import slow
 from helpers.scenes import quad
 
 import photonmap as pm
@@ -23,7 +24,7 @@ def ball():
     return pm.Scene([floor, ball, light], [], pm.Camera((0, 8, 16), (0, 0, 0), fov=40), "ball")
 
 
-@pytest.fixture(scope="module", params=["box", "center"])
+@pytest.fixture(scope="module", params=["box", *slow("center")])
 def pair(request, ball):
     options = {**OPTIONS, "pixel": request.param, "passes": 64}
     return [pm.render(ball, **options, adaptive=adaptive, seed=adaptive) for adaptive in (0, 1)]

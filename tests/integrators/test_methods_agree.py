@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.passes import assert_methods_agree, excess, pass_means
 from helpers.scenes import ball_room
 
@@ -95,11 +96,13 @@ PASSES = {"frosted glass": (20, 200), "anisotropic glass": (12, 80)}
 PASSES |= dict.fromkeys(("frosted panes", "narrow metal"), (12, 100))
 PASSES |= dict.fromkeys(("varied glass", "smooth", "dispersion and absorption"), (13, 75))
 """Of photons and of paths: more where few of them bring much of the light."""
+SLOW = ("frosted glass", "varied glass")
+"""Others share their code: anisotropic glass and frosted panes."""
 LIT_BY_A_LAMP_ALONE = ("smooth", "varied glass", "dispersion and absorption")
 """Paths find no caustics of bulbs by smooth glass."""
 
 
-@pytest.mark.parametrize("name", ROOMS)
+@pytest.mark.parametrize("name", [slow(name)[0] if name in SLOW else name for name in ROOMS])
 def test_balls(name):
     lights = [] if name in LIT_BY_A_LAMP_ALONE else [BULB]
     bands = "box:3" if "dispersion" in name else "rgb"

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from helpers.comparisons import assert_within
+from helpers.marks import slow
 
 import photonmap as pm
 from photonmap.film.budget import LEAST_PASSES, PASS_SAMPLES, Goal
@@ -62,7 +63,7 @@ def test_first_passes_that_are_too_small_are_discarded(cornell):
     assert aimed.record["rays"] > full.record["rays"]
 
 
-@pytest.mark.parametrize("error", [0.03, 0.3])
+@pytest.mark.parametrize("error", [*slow(0.03), 0.3])
 def test_a_resumed_render_keeps_its_size(cornell, tmp_path, error):
     """Whether it was chosen before the interruption or not."""
     small = {"bands": 1, "size": (16, 16), "checkpoint": tmp_path / "state"}

@@ -99,7 +99,9 @@ def test_mean_is_exact_whatever_the_cache_holds(name, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "options", [{"pixel": "center"}, {"effects": "emission,direct"}], ids=["center", "direct"]
+    "options",
+    [*slow({"pixel": "center"}), {"effects": "emission,direct"}],
+    ids=["center", "direct"],
 )
 def test_mean_is_exact_with_other_options(options):
     truth = block_means(BOX, TRUTH, method="path", passes=32, **options)

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.scenes import quad
 
 import photonmap as pm
@@ -228,7 +229,7 @@ def test_what_stands_before_a_portal_keeps_the_sun_out():
         compare(found, hole, slack=slack)
 
 
-@pytest.mark.parametrize("look", ["polished", "clear"])
+@pytest.mark.parametrize("look", ["polished", *slow("clear")])
 def test_caustics_of_a_sun_through_a_portal(look):
     """Photons that are aimed at a mirror and a ball start outside; paths see the sun directly."""
     scene = facing_in(room([SUN], PANE))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers.generated import mean_reflectance, unlit
+from helpers.marks import slow
 
 from photonmap.dataset.models.scene_object import with_lightness
 from photonmap.dataset.scenes.build import build_unlit_scene
@@ -27,7 +28,7 @@ def test_objects_get_the_lightness_that_is_asked_for(materials, name, near, want
     assert with_lightness(plain, None) is plain
 
 
-@pytest.mark.parametrize("name", ["cushion", "bedroom", "garden"])
+@pytest.mark.parametrize("name", ["cushion", "bedroom", *slow("garden")])
 def test_lightness_changes_reflectances_alone(name):
     plain = unlit(name, 0, "mixed")
     made = build_unlit_scene(name, 0, "mixed", lightness=0.2)

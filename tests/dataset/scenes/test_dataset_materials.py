@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from helpers.generated import unlit
+from helpers.marks import slow
 
 from photonmap.dataset.models.materials import (
     LEVELS,
-    MATERIALS,
     PROCEDURES,
     Palette,
     Surface,
@@ -127,7 +127,7 @@ def test_textures_move_with_what_they_lie_on():
     )
 
 
-@pytest.mark.parametrize("materials", MATERIALS[2:])
+@pytest.mark.parametrize("materials", [*slow("textured", "glossy"), "rich"])
 def test_materials_change_nothing_else(materials):
     plain, made = unlit("bedroom"), unlit("bedroom", 0, materials)
     assert plain.camera == made.camera
