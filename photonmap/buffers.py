@@ -27,9 +27,14 @@ Pooling = Literal["mean", "sum of parts", "ratio", "covariance", "same", "sum", 
 """How runs are merged: by their means over passes; as the sum of buffers merged before; as a ratio
 of means; as a covariance of means; not at all, as they must agree; by their sum; by whether all
 say so; or dropped."""
-Omission = Literal["never", "without mirrors, glass or rough surfaces", "where it is 0 everywhere"]
+Omission = Literal[
+    "never",
+    "without mirrors, glass or rough surfaces",
+    "without fluorescent surfaces",
+    "where it is 0 everywhere",
+]
 """When a buffer that was asked for is not written: reading it gives zeros."""
-Scenes = Literal["all", "with gloss", "with gloss, mirrors or glass"]
+Scenes = Literal["all", "with gloss", "with gloss, mirrors or glass", "none"]
 """Of which scenes a render keeps a buffer unless others are asked for."""
 
 UNITS = {"radiance": "W·m⁻²·sr⁻¹", "length": "scene units"}
@@ -152,14 +157,40 @@ TABLE = (
     ),
     Buffer(
         "residual",
-        "radiance − emission − reflectance × shading: what is seen in mirrors and through glass, "
-        "and what rough surfaces reflect beyond Lambert's law",
+        "radiance − emission − reflectance × shading − fluorescence: what is seen in mirrors and "
+        "through glass, and what rough surfaces reflect beyond Lambert's law",
         "radiance", "passes", "mean",
         has_error=True, is_goal=True, omitted="without mirrors, glass or rough surfaces",
     ),
     Buffer(
+        "fluorescence",
+        "light that changed its band at the surface seen, a part of direct and of indirect",
+        "radiance", "passes", "mean",
+        has_error=True, has_block_error=True, per_light=True,
+        omitted="without fluorescent surfaces",
+    ),
+    Buffer(
+        "fluorescence_direct",
+        "the part of fluorescence, and of direct, that light straight from a source excites",
+        "radiance", "passes", "mean",
+        has_error=True, per_light=True, omitted="without fluorescent surfaces", kept="none",
+    ),
+    Buffer(
+        "fluorescence_indirect",
+        "the part of fluorescence, and of indirect, that light from other surfaces excites",
+        "radiance", "passes", "mean",
+        has_error=True, per_light=True, omitted="without fluorescent surfaces", kept="none",
+    ),
+    Buffer(
+        "excitation",
+        "the part of irradiance / π that turns into fluorescence at the surface seen, by the band "
+        "in which it arrives: its sum over bands is that of fluorescence",
+        "radiance", "passes", "mean",
+        has_error=True, omitted="without fluorescent surfaces", kept="none",
+    ),
+    Buffer(
         "reflectance",
-        "diffuse albedo of the surface seen, in [0, 1]",
+        "diffuse albedo of the surface seen, in [0, 1], without what it re-emits in other bands",
         "reflectance", "passes", "mean",
         has_error=True,
     ),
@@ -376,7 +407,11 @@ def kept_in(has_gloss: bool, has_specular: bool) -> frozenset[str]:
     has_gloss : some surfaces of the scene are glossy, or rough glass, or have a coat or a sheen
     has_specular : some are mirrors or glass
     """
-    wanted = {"with gloss": has_gloss, "with gloss, mirrors or glass": has_gloss or has_specular}
+    wanted = {
+        "with gloss": has_gloss,
+        "with gloss, mirrors or glass": has_gloss or has_specular,
+        "none": False,
+    }
     return frozenset(row.name for row in RENDERED if wanted.get(row.kept, True))
 
 
@@ -399,7 +434,9 @@ def as_markdown(rows: Iterable[Buffer] = RENDERED) -> str:
         if row.per_light:
             notes.append("may be split by light group")
         if row.kept != "all":
-            notes.append(f"only {row.kept}, or on request")
+            notes.append(
+                "only on request" if row.kept == "none" else f"only {row.kept}, or on request"
+            )
         cells = (f"`{row.name}`", f"{row.shape} {row.dtype}", row.unit, error, "; ".join(notes))
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

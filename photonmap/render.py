@@ -242,6 +242,7 @@ def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
         least,
         bands=columns.count + settings.per_light * columns.distinct,
         specular=pass_scene.has_residual,
+        fluorescent=pass_scene.fluorescence is not None,
         per_light=settings.per_light,
         buffers=kept,
     )
@@ -283,7 +284,9 @@ def start_run(plan: RenderPlan, settings: Settings, workers: Workers) -> Run:
         ),
     )
     adapts = settings.adaptive and integrator.adapts
-    moments = LightGroups(columns, film, workers, plan.pass_scene.has_residual, storage)
+    has_fluorescence = plan.pass_scene.fluorescence is not None
+    has_residual = plan.pass_scene.has_residual
+    moments = LightGroups(columns, film, workers, has_residual, storage, has_fluorescence)
     file = settings.checkpoint
     loop = RenderLoop(
         integrator,

@@ -15,10 +15,18 @@ import numpy as np
 
 from photonmap.kernels.bsdf import coated, glossy, lambert, rough_diffuse, sheen
 from photonmap.kernels.bsdf.cover import UNCOVERED
+from photonmap.kernels.bsdf.fluorescence import (
+    FLUORESCING,
+    add_reradiated,
+    divide_by_taken,
+    fill_whole_albedo,
+    fluoresces,
+    fluorophore_at,
+)
 from photonmap.kernels.bsdf.glass import glass_fraction
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.core import vec, warp
-from photonmap.kernels.core.bands import divide
+from photonmap.kernels.core.bands import copy, divide
 from photonmap.kernels.core.jit import by_number, jit, outlined
 from photonmap.kernels.core.passes import SurfaceInteraction
 from photonmap.kernels.geometry.interaction import departure
@@ -50,11 +58,16 @@ def model_at(scene, triangle):
 
 
 @jit
+def with_number(surface, model):
+    """Return a surface whose directions are drawn by a model."""
+    point, ng, ns, side, hit, arrival, _ = surface
+    return SurfaceInteraction(point, ng, ns, side, hit, arrival, np.int64(model))
+
+
+@jit
 def with_model(scene, surface):
     """Return a surface whose directions are drawn by its own model, not by Lambert's law."""
-    point, ng, ns, side, hit, arrival, _ = surface
-    model = model_at(scene, hit.triangle)
-    return SurfaceInteraction(point, ng, ns, side, hit, arrival, model)
+    return with_number(surface, model_at(scene, surface.hit.triangle))
 
 
 @jit
@@ -118,6 +131,26 @@ def evaluate_lobe(scene, surface, wi, values):
     _evaluate_rest(scene, surface, wi, values)
 
 
+@outlined
+def fill_excitation(scene, surface, wi, response, values):
+    """Fill values, (N,), with how much of the light from wi excites fluorescence, per steradian.
+
+    `response` is what `evaluate` fills for the same directions, of a surface that fluoresces.
+    """
+    fill_whole_albedo(scene, surface.hit, values)
+    _evaluate_rest(scene, surface, wi, values)
+    divide_by_taken(scene, surface.hit, response, values)
+
+
+@jit
+def evaluate_sought(scene, surface, wi, response, scratch):
+    """Fill response as `evaluate`, or as `fill_excitation` where that is what paths look for."""
+    evaluate(scene, surface, wi, response)
+    if scene.fluorescence is not None and surface.model == FLUORESCING:
+        fill_excitation(scene, surface, wi, response, scratch)
+        copy(scratch, response)
+
+
 @jit
 def _rescaled(u, probability):
     """Return a uniform number that is not below the probability, as one in [0, 1)."""
@@ -127,6 +160,8 @@ def _rescaled(u, probability):
 @outlined
 def _sample(scene, surface, u, v):
     geometry, scattering, sheens = scene.geometry, scene.scattering, scene.scattering.sheens
+    if scene.fluorescence is not None and surface.model == FLUORESCING:
+        return lambert.sample_cosine(surface, u, v)
     below = model_below(scene, surface.hit.triangle)
     base, wo = _lobe_at(below, geometry, scattering, surface.hit), departure(surface)
     if scattering.coats is not None and surface.model == COATED:
@@ -155,6 +190,8 @@ def sample(scene, surface, u, v):
 @outlined
 def _pdf(scene, surface, wi):
     geometry, scattering, sheens = scene.geometry, scene.scattering, scene.scattering.sheens
+    if scene.fluorescence is not None and surface.model == FLUORESCING:
+        return lambert.cosine_pdf(surface, wi)
     below = model_below(scene, surface.hit.triangle)
     base, wo = _lobe_at(below, geometry, scattering, surface.hit), departure(surface)
     density = _base_pdf(below, scattering, base, surface, wi)
@@ -189,11 +226,12 @@ def _toward_light(coats, surface, direction):
 
 
 @outlined
-def scatter_flux(scene, surface, point, factor, flux, response):
+def scatter_flux(scene, surface, point, factor, flux, response, excited):
     """Scatter a photon, by a point of the unit square; return the direction in which it leaves.
 
     `flux`, (N,), is multiplied by factor · BSDF · cosine / pdf, where `factor` is that of Veach's
-    adjoint BSDF at the arrival; `response`, (N,), is scratch.
+    adjoint BSDF at the arrival, and gains what it makes a fluorescent surface re-emit there.
+    `response` and `excited`, (N,), are scratch.
     """
     direction = sample(scene, surface, point[0], point[1])
     density = pdf(scene, surface, direction)
@@ -203,6 +241,14 @@ def scatter_flux(scene, surface, point, factor, flux, response):
         return direction
     surface, toward = _toward_light(scene.scattering.coats, surface, direction)
     evaluate(scene, surface, toward, response)
+    is_fluorescent, scale = fluoresces(scene, surface.hit.triangle), factor * cosine / density
+    if scene.fluorescence is not None and is_fluorescent:
+        fill_excitation(scene, surface, toward, response, excited)
+        for band in range(len(flux)):
+            excited[band] *= flux[band]
     for band in range(len(flux)):
         flux[band] *= response[band] * (factor * cosine / density)
+    if scene.fluorescence is not None and is_fluorescent:
+        row, concentration = fluorophore_at(scene.geometry, scene.fluorescence, surface.hit)
+        add_reradiated(scene.fluorescence, row, scale * concentration, excited, flux)
     return direction

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.fluorescence import fluoresces
 from photonmap.kernels.camera.cameras import film_point, generate_ray
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.bands import clear
@@ -103,6 +104,12 @@ def _scatter(scene, caustics, surface, photon, scratches):
     for band in range(len(scratches.own.response)):
         light = scratches.own.irradiance[CAUSTIC, band]
         scratches.scattered.irradiance[CAUSTIC, band] = scratches.own.response[band] * light
+    if scene.fluorescence is not None and fluoresces(scene, surface.hit.triangle):
+        exciting = scratches.own.walk
+        models.fill_excitation(scene, surface, wi, scratches.own.response, exciting)
+        for band in range(len(exciting)):
+            light = scratches.own.irradiance[CAUSTIC, band]
+            scratches.excited.irradiance[CAUSTIC, band] = exciting[band] * light
 
 
 @kernel
@@ -110,6 +117,7 @@ def add_connected(job, caustics, connections, span, scratches, estimate):
     """Add the photons that the pixels of a span see to an `Estimate`, by the order of photons."""
     clear(scratches.own.irradiance)
     clear(scratches.scattered.irradiance)
+    clear(scratches.excited.irradiance)
     scene, camera = job.scene, job.eye.camera
     for pixel in range(span.first, span.last):
         for slot in range(connections.starts[pixel], connections.starts[pixel + 1]):

@@ -213,7 +213,7 @@ def add_caustics(scene, caustics, surface, scatters, factor, target, row, scratc
                 continue
             if scene.scattering is not None and scatters:
                 wi = vec.scale(vec.row(caustics.arrivals, photon), -1.0)
-                models.evaluate(scene, surface, wi, scratch.response)
+                models.evaluate_sought(scene, surface, wi, scratch.response, scratch.walk)
             for band in range(target.shape[1]):
                 light = np.float32(scale * near) * caustics.flux[photon, band]
                 target[row, band] += scratch.throughput[band] * scratch.response[band] * light

@@ -17,7 +17,10 @@ EMPTY, FOUND, TRUNCATED = 1, 2, 4
 """Lookup flags of a pixel: a gather ray met a surface without light in its cell, or one with light;
 a specular chain was truncated"""
 FIRST_CAUSTIC, CAUSTIC_IRRADIANCE, VIA_DIRECT, VIA_INDIRECT, VIA_CAUSTIC = 0, 1, 2, 3, 4
-"""Rows of `Estimate.via_specular`, (5, P, N)"""
+"""Rows of `Estimate.via_specular`"""
+FLUORESCENT_DIRECT, FLUORESCENT_INDIRECT, EXCITATION_DIRECT, EXCITATION_INDIRECT = 5, 6, 7, 8
+"""Further rows where surfaces fluoresce: what first hits re-emit, and of what light arrives there,
+over π, the part that makes them do so"""
 RAY_KINDS = ("camera", "specular", "shadow", "gather", "walk")
 """Rays of a camera pass: to first hits, on along specular chains, to light samples and from caustic
 photons to the camera, from first hits for indirect light, and on from where these end"""
@@ -152,6 +155,16 @@ class Prepass(NamedTuple):
 
 
 @by_reference
+class Levels(NamedTuple):
+    """What a path remembers of L fluorescent surfaces: see `integrators.fluorescent_path`."""
+
+    state: int64[::1]  # (2,): levels that are open, and 1 where there was no room for one
+    row: int64[::1]  # (L,), of `Fluorescence.matrix`
+    factor: float64[::1]  # (L,), concentration over the probability that the level was opened
+    values: float32[:, :, ::1]  # (L, 3, N)
+
+
+@by_reference
 class Scratch(NamedTuple):
     """What a kernel needs for one sample of a pixel."""
 
@@ -167,15 +180,18 @@ class Scratch(NamedTuple):
     shifted: float64[:, ::1]
     """(4, 11), what a camera sample would see in the neighbours of its pixel: see
     `integrators.irradiance_differences`"""
+    levels: Levels
 
 
 @by_reference
 class Scratches(NamedTuple):
-    """The scratch of a camera sample, whose `irradiance` is one of three; the rest is shared."""
+    """The scratch of a camera sample, whose `irradiance` is one of four; the rest is shared."""
 
     own: Scratch  # of the surface that is seen
     incident: Scratch  # of one direction, where BSDFs are not Lambertian
     scattered: Scratch  # radiance that leaves the surface beyond what Lambert's law says
+    excited: Scratch
+    """what excites a fluorescent surface that is not Lambertian, over π; else `own` has it"""
 
 
 @by_reference
@@ -305,8 +321,8 @@ class Estimate(NamedTuple):
     via_specular: np.ndarray | None
     """(5, P, N) float32, light beside that of `Pixels`: caustics that first hits reflect, and their
     irradiance there; and direct, indirect and caustic light that is not the Lambertian reflection
-    of first hits: all that is seen via specular surfaces, and what other BSDFs add. None where a
-    scene has neither."""
+    of first hits: all that is seen via specular surfaces, and what other BSDFs add. (9, P, N) where
+    surfaces fluoresce. None where a scene has none of these."""
     differences: np.ndarray | None = None
     """(5, P, N) float32, indirect irradiance that linked pixels share, and what a pixel's samples
     say of that of each neighbour minus its own: see `integrators.irradiance_differences`. None

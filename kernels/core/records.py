@@ -294,6 +294,20 @@ class Scattering(NamedTuple):
 
 
 @by_reference
+class Fluorescence(NamedTuple):
+    """Materials that re-emit light in other bands; a scene without any has None in its place."""
+
+    row: int32[::1]  # (M,), of `matrix`, -1 for materials that do not fluoresce
+    matrix: float32[:, :, ::1]
+    """(R, U, U), of the U bands of a light group: what leaves in each, on the last axis, for a unit
+    that arrives in one; see `bsdf.fluorescence`"""
+    taken: float32[:, ::1]  # (R, N), its sum over the last axis
+    concentration: float64[::1]  # (M,), factor of the matrix; the mean where an image gives it
+    image: int32[::1]  # (M,), row of `maps`, -1 for none
+    maps: Maps | None  # None where no concentration is textured
+
+
+@by_reference
 class Environment(NamedTuple):
     """The sky as a map of H rows and W columns, in 16 × 32 blocks: see `environment`."""
 
@@ -385,3 +399,4 @@ class SceneArrays(NamedTuple):
     specular: Specular | None  # None where no surface is a mirror or glass
     textures: Textures | None  # None where no reflectance is textured
     scattering: Scattering | None  # None where all surfaces are Lambertian or specular
+    fluorescence: Fluorescence | None = None  # None where no surface fluoresces

@@ -10,8 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from photonmap.kernels.bsdf.fluorescence import add_band, fluoresces, fluorophore_at
+from photonmap.kernels.camera.cameras import first_hit, generate_ray
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.passes import EXCITATION_INDIRECT, FLUORESCENT_INDIRECT
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.warp import INV_PI
 from photonmap.kernels.film.pixels import FLAT, is_same_surface, plane_normal, plane_point
@@ -83,6 +86,38 @@ def share_irradiance(film, footprint, span, pixels, shared):
                 pixels.indirect[pixel, band] = (
                     pixels.reflectance[pixel, band] * shared[pixel, band] * np.float32(INV_PI)
                 )
+
+
+@kernel
+def share_fluorescence(fluorescence, centre, span, own, shared, via_specular):
+    """Add what sharing changes to what pixels re-emit: of indirect irradiance `own` to `shared`.
+
+    Both are (P, N), and the centres' fluorophores, (2, P) float32, see `fill_centre_fluorophores`,
+    are independent of them, so the mean is kept.
+    """
+    sent, exciting = via_specular[FLUORESCENT_INDIRECT], via_specular[EXCITATION_INDIRECT]
+    for pixel in range(span.first, span.last):
+        row = int(centre[0, pixel])
+        if row < 0:
+            continue
+        factor = centre[1, pixel] * np.float32(INV_PI)
+        for band in range(shared.shape[1]):
+            step = factor * (shared[pixel, band] - own[pixel, band])
+            exciting[pixel, band] += step * fluorescence.taken[row, band]
+            add_band(fluorescence, row, band, step, sent[pixel])
+
+
+@kernel
+def fill_centre_fluorophores(scene, view, span, centre):
+    """Fill centre, (2, P) float32, with row and concentration at pixels' centres; rows of -1."""
+    width = view.film.width
+    for pixel in range(span.first, span.last):
+        centre[0, pixel] = -1.0
+        ray = generate_ray(view.camera, pixel % width + 0.5, pixel // width + 0.5)
+        hit = first_hit(scene.geometry, ray)
+        if hit.triangle >= 0 and fluoresces(scene, hit.triangle):
+            row, concentration = fluorophore_at(scene.geometry, scene.fluorescence, hit)
+            centre[0, pixel], centre[1, pixel] = row, concentration
 
 
 @kernel

@@ -45,10 +45,25 @@ _welford_step, _shift_ratio = jit(welford_step), jit(shift_ratio)
 
 
 @by_reference
+class FluorescenceMoments(NamedTuple):
+    """What scenes with fluorescent surfaces have beside `Moments`: parts of direct and indirect."""
+
+    fluorescence: np.ndarray  # what first hits re-emit
+    fluorescence_direct: np.ndarray
+    fluorescence_indirect: np.ndarray
+    excitation: np.ndarray  # of irradiance / π, what makes them do so
+    fluorescence_spread: np.ndarray
+    fluorescence_direct_spread: np.ndarray
+    fluorescence_indirect_spread: np.ndarray
+    excitation_spread: np.ndarray
+
+
+@by_reference
 class Moments(NamedTuple):
     """Means, (P, N) float64, and sums of squared deviations, (P, N) float32, over passes.
 
-    radiance = emission + direct + indirect, and diffuse is what of the last two first hits reflect;
+    radiance = emission + direct + indirect, and diffuse is what of the last two first hits reflect
+    by Lambert's law;
     `product` is the sum of products of the deviations of diffuse and reflectance, from which the
     error of their ratio follows.
     """
@@ -69,6 +84,7 @@ class Moments(NamedTuple):
     coverage: np.ndarray  # (P,) float64, mean
     found: np.ndarray  # (P,) uint8, flags of all passes, as in `Pixels`
     counts: np.ndarray  # (P,) uint32, passes taken into each pixel
+    fluorescence: FluorescenceMoments | None = None  # None where no surface fluoresces
 
 
 @by_reference
@@ -115,9 +131,42 @@ def _add_specular(specular, pixel, band, caustics, residual, weight):
     return _add(specular.residual, specular.residual_spread, pixel, band, residual, weight)
 
 
+@jit
+def _reradiated(fluorescence, seen, pixel, band):
+    """Return what first hits re-emit, for direct and for indirect light: 0 where none does."""
+    if fluorescence is None:
+        return 0.0, 0.0
+    return (
+        float(seen[passes.FLUORESCENT_DIRECT, pixel, band]),
+        float(seen[passes.FLUORESCENT_INDIRECT, pixel, band]),
+    )
+
+
+@jit
+def _add_fluorescence(fluorescence, seen, pixel, band, weight):
+    """Take fluorescence and excitation into their moments; return the deviation of the first."""
+    if fluorescence is None:
+        return 0.0
+    direct, indirect = _reradiated(fluorescence, seen, pixel, band)
+    excitation = float(seen[passes.EXCITATION_DIRECT, pixel, band]) + float(
+        seen[passes.EXCITATION_INDIRECT, pixel, band]
+    )
+    mean = fluorescence
+    _add(mean.fluorescence_direct, mean.fluorescence_direct_spread, pixel, band, direct, weight)
+    _add(
+        mean.fluorescence_indirect, mean.fluorescence_indirect_spread, pixel, band, indirect, weight
+    )
+    _add(mean.excitation, mean.excitation_spread, pixel, band, excitation, weight)
+    whole = direct + indirect
+    return _add(mean.fluorescence, mean.fluorescence_spread, pixel, band, whole, weight)
+
+
 @kernel
 def add_pass(moments, specular, pixels, seen, first, last):
-    """Take pixels of a pass into the moments; `specular`, `seen` are None in Lambertian scenes."""
+    """Take pixels of a pass into the moments; `specular`, `seen` are None in Lambertian scenes.
+
+    `seen` is `Estimate.via_specular`.
+    """
     for pixel in range(first, last):
         moments.counts[pixel] += 1
         weight = 1.0 / moments.counts[pixel]
@@ -128,9 +177,12 @@ def add_pass(moments, specular, pixels, seen, first, last):
             caustic, caustic_light, via_direct, via_indirect, via_caustic = _seen_parts(
                 seen, pixel, band
             )
+            sent_direct, sent_indirect = _reradiated(moments.fluorescence, seen, pixel, band)
             emission = float(pixels.emission[pixel, band])
-            direct = float(pixels.direct[pixel, band]) + via_direct
-            indirect = float(pixels.indirect[pixel, band]) + (caustic + via_indirect + via_caustic)
+            direct = float(pixels.direct[pixel, band]) + (via_direct + sent_direct)
+            indirect = float(pixels.indirect[pixel, band]) + (
+                caustic + via_indirect + via_caustic + sent_indirect
+            )
             reflectance = float(pixels.reflectance[pixel, band])
             irradiance = INV_PI * (
                 float(pixels.irradiance_direct[pixel, band])
@@ -145,6 +197,7 @@ def add_pass(moments, specular, pixels, seen, first, last):
             _add(moments.irradiance, moments.irradiance_spread, pixel, band, irradiance, weight)
             residual = via_direct + via_indirect + via_caustic
             s = _add_specular(specular, pixel, band, caustic + via_caustic, residual, weight)
+            s += _add_fluorescence(moments.fluorescence, seen, pixel, band, weight)
             moments.diffuse_spread[pixel, band] += (d + i - s) * (d + i - s) * rest
             moments.radiance_spread[pixel, band] += (e + d + i) * (e + d + i) * rest
             moments.product[pixel, band] += (d + i - s) * r * rest
@@ -170,12 +223,14 @@ def _shading(moments, specular, pixel, band):
     """Return shading and its spread."""
     # The ratio of diffuse light to reflectance where that is not 0, with the spread of a ratio by
     # the delta method; the mean irradiance / π elsewhere. Diffuse light is what remains without the
-    # residual; where that is nothing, rounding would leave less.
+    # residual and fluorescence; where that is nothing, rounding would leave less.
     r = moments.reflectance[pixel, band]
     if r == 0.0:
         return moments.irradiance[pixel, band], float(moments.irradiance_spread[pixel, band])
     light = moments.direct[pixel, band] + moments.indirect[pixel, band]
     residual = 0.0 if specular is None else specular.residual[pixel, band]
+    if moments.fluorescence is not None:
+        residual += moments.fluorescence.fluorescence[pixel, band]
     s = max(light - residual, 0.0) / r
     spread = _shift_ratio(
         moments.diffuse_spread[pixel, band],

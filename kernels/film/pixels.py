@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from photonmap.kernels.bsdf.fluorescence import add_reradiated, fluoresces, fluorophore_at
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.camera.cameras import first_hit, generate_lens_ray, is_dark
 from photonmap.kernels.core import passes, vec, warp
-from photonmap.kernels.core.jit import jit
+from photonmap.kernels.core.jit import jit, outlined
 from photonmap.kernels.lights.emission import add_emission, emission_of, visible_emitter
 
 MIN_COSINE = 0.9  # Cosine between normals above which two points may lie on one smooth surface
@@ -115,10 +116,11 @@ def add_reflected(scene, surface, weight, pixel, scratches, estimate):
 
 @jit
 def add_beyond_diffuse(scene, surface, weight, pixel, scratches, estimate):
-    """Add the caustics that a first hit reflects, and what its BSDF scatters beyond Lambert's."""
+    """Add caustics that a first hit reflects, what it scatters beyond Lambert's, or re-emits."""
     color = look_up_material(scene, surface.hit)
     _add_caustics(scene, color, weight, pixel, scratches.own.irradiance, estimate.via_specular)
     _add_scattered(scene, surface, weight, pixel, scratches, estimate.via_specular)
+    _add_fluorescence(scene, surface, weight, pixel, scratches, estimate.via_specular)
 
 
 @jit
@@ -160,3 +162,40 @@ def _add_scattered(scene, surface, weight, pixel, scratches, via_specular):
                 - rho * scratches.own.irradiance[row, band]
             )
             via_specular[passes.VIA_DIRECT + row, pixel, band] += weight * light
+
+
+@jit
+def _add_fluorescence(scene, surface, weight, pixel, scratches, via_specular):
+    if scene.fluorescence is None or via_specular is None:
+        return
+    if not fluoresces(scene, surface.hit.triangle):
+        return
+    exciting, sent = scratches.own.walk, scratches.own.response
+    for row in range(scratches.own.irradiance.shape[0]):
+        indirect = 0 if row == passes.DIRECT else 1
+        fill_reradiated(scene, surface, scratches, row, exciting, sent)
+        for band in range(len(sent)):
+            via_specular[passes.FLUORESCENT_DIRECT + indirect, pixel, band] += weight * sent[band]
+            via_specular[passes.EXCITATION_DIRECT + indirect, pixel, band] += (
+                weight * exciting[band]
+            )
+
+
+@outlined
+def fill_reradiated(scene, surface, scratches, row, exciting, sent):
+    """Fill sent, (N,), with the radiance that a surface re-emits for a row of its irradiance.
+
+    And exciting, (N,), with the part of that, over π, by which it does.
+    """
+    own, excited = scratches.own.irradiance, scratches.excited.irradiance
+    fluorescence, material = scene.fluorescence, scene.geometry.material[surface.hit.triangle]
+    is_lambertian = scene.scattering is None or scene.scattering.model[material] == 0
+    for band in range(len(sent)):
+        sent[band] = 0.0
+        exciting[band] = own[row, band] * np.float32(warp.INV_PI)
+        if not is_lambertian:
+            exciting[band] = excited[row, band]
+    number, concentration = fluorophore_at(scene.geometry, fluorescence, surface.hit)
+    add_reradiated(fluorescence, number, concentration, exciting, sent)
+    for band in range(len(sent)):
+        exciting[band] *= np.float32(concentration) * fluorescence.taken[number, band]

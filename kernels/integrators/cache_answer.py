@@ -24,10 +24,17 @@ of the light. Bases below coats, below sheen and beside glass are left to paths.
 import numpy as np
 
 from photonmap.kernels.bsdf import glossy, models
+from photonmap.kernels.bsdf.fluorescence import (
+    add_reradiated,
+    divide_by_taken,
+    fill_whole_albedo,
+    fluoresces,
+    fluorophore_at,
+)
 from photonmap.kernels.cache.radiosity_cache import can_look_up, cell_at
 from photonmap.kernels.core.bands import add_product, divide, total
 from photonmap.kernels.core.jit import jit, outlined
-from photonmap.kernels.core.passes import EMPTY, FOUND, INDIRECT, SurfaceInteraction
+from photonmap.kernels.core.passes import EMPTY, FOUND, INDIRECT
 from photonmap.kernels.core.rng import draw
 from photonmap.kernels.geometry.interaction import departure
 
@@ -45,16 +52,34 @@ def has_base(scene, triangle):
     return scattering.parameters[scene.geometry.material[triangle], 2] > 0.0
 
 
+@jit
+def _multiply_to_base(scene, surface, lobe, values):
+    """Turn the base's albedos in values, (N,), into what it sends, but for T(o)."""
+    glossy.return_to_base(scene.scattering, lobe, values)
+    glossy.multiply_transmitted(scene.scattering, lobe, departure(surface), surface.ns, values)
+
+
 @outlined
-def fill_base_flux(scene, surface, factor, flux, values):
-    """Fill values, (N,), with what a base makes of a photon's flux but for T(o): for its cell."""
-    scattering = scene.scattering
-    lobe = glossy.lobe_at(scene.geometry, scattering, surface.hit)
+def fill_base_flux(scene, surface, factor, flux, values, excited):
+    """Fill values, (N,), with what a base makes of a photon's flux but for T(o): for its cell.
+
+    `excited`, (N,), is scratch.
+    """
+    lobe = glossy.lobe_at(scene.geometry, scene.scattering, surface.hit)
     models.fill_albedo(scene, surface, values)
-    glossy.return_to_base(scattering, lobe, values)
-    glossy.multiply_transmitted(scattering, lobe, departure(surface), surface.ns, values)
+    _multiply_to_base(scene, surface, lobe, values)
+    is_fluorescent = fluoresces(scene, surface.hit.triangle)
+    if scene.fluorescence is not None and is_fluorescent:
+        fill_whole_albedo(scene, surface.hit, excited)
+        _multiply_to_base(scene, surface, lobe, excited)
+        divide_by_taken(scene, surface.hit, values, excited)
+        for band in range(len(excited)):
+            excited[band] *= flux[band]
     for band in range(len(values)):
         values[band] *= np.float32(factor) * flux[band]
+    if scene.fluorescence is not None and is_fluorescent:
+        row, concentration = fluorophore_at(scene.geometry, scene.fluorescence, surface.hit)
+        add_reradiated(scene.fluorescence, row, factor * concentration, excited, values)
 
 
 @jit
@@ -109,9 +134,7 @@ def answer(scene, cache, surface, state, scratch):
     if xi >= probability:
         return flags, False, surface, state
     divide(scratch.throughput, probability)
-    point, ng, ns, side, hit, arrival, _ = surface
-    surface = SurfaceInteraction(point, ng, ns, side, hit, arrival, np.int64(glossy.LOBE))
-    return flags, True, surface, state
+    return flags, True, models.with_number(surface, glossy.LOBE), state
 
 
 @jit

@@ -22,6 +22,7 @@ from photonmap.kernels.film.pixels import (
 )
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
+from photonmap.kernels.integrators.fluorescent_path import missed_levels
 from photonmap.kernels.integrators.irradiance import (
     add_disks,
     estimate_irradiance,
@@ -59,6 +60,7 @@ def _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches)
         add_reflected(scene, surface, weight, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, weight, budget, ALL_LOBES)
     view_specular_chains(job, (hit, direction), chain, estimate, scratches)
+    pixels.lookups[pixel] |= missed_levels(scene, scratches.own)
 
 
 @kernel
@@ -103,6 +105,7 @@ def _render_path(job, bounces, pixel, index, weight, state, estimate, scratches)
         add_reflected(scene, surface, weight, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, weight, ONE, ALL_LOBES)
     view_specular_chains(job, (hit, direction), chain, estimate, scratches)
+    estimate.pixels.lookups[pixel] |= missed_levels(scene, scratches.own)
     return state
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.fluorescence import FLUORESCING, fluoresces
 from photonmap.kernels.caustics.photon_map import add_caustics
 from photonmap.kernels.core.bands import clear
 from photonmap.kernels.core.jit import jit, outlined
@@ -22,6 +23,13 @@ from photonmap.kernels.lights.emission import add_attenuated, add_emission, emis
 
 GATHERS_PER_PATH = 2  # Gather rays of a glossy surface for each path by its own BSDF
 LEAST_PATHS, LEAST_BARE_PATHS = 8, 16  # Of these paths: with a diffuse base, and without
+
+
+@jit
+def _clear_light(scratches):
+    clear(scratches.own.irradiance)
+    clear(scratches.scattered.irradiance)
+    clear(scratches.excited.irradiance)
 
 
 @jit
@@ -47,12 +55,16 @@ def _scatter_light(scene, surface, sample, emission, weight, budget, scratches):
     """Add a light sample to what the surface scatters; its irradiance has the weight given."""
     if scene.scattering is None or _is_lambertian(scene, surface):
         return
+    response, target = scratches.own.response, scratches.scattered.irradiance
+    models.evaluate(scene, surface, sample.direction, response)
+    if scene.fluorescence is not None and fluoresces(scene, surface.hit.triangle):
+        exciting, excited = scratches.own.walk, scratches.excited.irradiance
+        models.fill_excitation(scene, surface, sample.direction, response, exciting)
+        add_attenuated(excited, DIRECT, scene.lights, emission, exciting, weight)
     if _is_narrow(scene, surface):
         own = models.with_model(scene, surface)
         paths = _paths(scene, surface, budget)
         weight = sample.weight * weigh_sample(scene, own, sample, paths)
-    response, target = scratches.own.response, scratches.scattered.irradiance
-    models.evaluate(scene, surface, sample.direction, response)
     add_attenuated(target, DIRECT, scene.lights, emission, response, weight)
 
 
@@ -92,6 +104,20 @@ def _leave_to_paths(scene, surface, direction, budget, scratches):
 
 
 @jit
+def _excite(scene, surface, direction, incident, scratches):
+    """Add what a gather ray brings, (rows, N), to what excites a surface that is not Lambertian."""
+    if scene.fluorescence is None:
+        return
+    if not fluoresces(scene, surface.hit.triangle):
+        return
+    exciting, excited = scratches.own.walk, scratches.excited.irradiance
+    models.fill_excitation(scene, surface, direction, scratches.own.response, exciting)
+    for row in range(incident.shape[0]):
+        for band in range(incident.shape[1]):
+            excited[row, band] += exciting[band] * incident[row, band]
+
+
+@jit
 def _gather(scene, shifts, photon_maps, surface, ray, budget, keys, scratches):
     """Add a gather ray, (direction, index), to irradiance, differences and what is scattered."""
     direction, index = ray
@@ -106,6 +132,7 @@ def _gather(scene, shifts, photon_maps, surface, ray, budget, keys, scratches):
     first = incident.shape[0]
     if scene.scattering is not None and not _is_lambertian(scene, surface):
         models.evaluate(scene, surface, direction, own.response)
+        _excite(scene, surface, direction, incident, scratches)
         first = _leave_to_paths(scene, surface, direction, budget, scratches)
     for row in range(incident.shape[0]):
         for band in range(incident.shape[1]):
@@ -126,6 +153,9 @@ def add_disks(scene, caustics, surface, scratches):
     add_caustics(scene, caustics, surface, False, 1.0, own.irradiance, CAUSTIC, own)
     if scene.scattering is not None and not _is_lambertian(scene, surface):
         add_caustics(scene, caustics, surface, True, 1.0, scattered, CAUSTIC, own)
+        if scene.fluorescence is not None and fluoresces(scene, surface.hit.triangle):
+            sought, excited = models.with_number(surface, FLUORESCING), scratches.excited.irradiance
+            add_caustics(scene, caustics, sought, True, 1.0, excited, CAUSTIC, own)
 
 
 @jit
@@ -151,12 +181,11 @@ def estimate_irradiance(scene, photon_maps, surface, index, budget, keys, shifts
     """Estimate the light of a surface, without its caustics, by light samples and gather rays.
 
     Fills the irradiance of `scratches.own`, and where the surface is not Lambertian that of
-    `.scattered`, the radiance that it sends to where the ray came from. `index` numbers the
-    surface for low-discrepancy points. What gather rays say of neighbouring pixels goes to
-    `shifts`, or None. Returns lookup flags.
+    `.scattered`, the radiance that it sends to where the ray came from, and of `.excited`, what
+    makes it fluoresce. `index` numbers the surface for low-discrepancy points. What gather rays say
+    of neighbouring pixels goes to `shifts`, or None. Returns lookup flags.
     """
-    clear(scratches.own.irradiance)
-    clear(scratches.scattered.irradiance)
+    _clear_light(scratches)
     _add_lights(scene, surface, index, budget, keys.light, scratches)
     found = 0
     first = index * np.uint64(budget.scattered)
@@ -177,10 +206,10 @@ def estimate_irradiance(scene, photon_maps, surface, index, budget, keys, shifts
 def trace_irradiance(scene, photon_maps, surface, bounces, state, scratches):
     """Estimate the light of a surface as `estimate_irradiance` does, by one plain path.
 
-    By another for what it sends to the eye, if it is not Lambertian. Returns the random state.
+    By another for what it sends to the eye, if it is not Lambertian, and by a third for what
+    excites it, if it fluoresces then. Returns the random state.
     """
-    clear(scratches.own.irradiance)
-    clear(scratches.scattered.irradiance)
+    _clear_light(scratches)
     start = plain_start(DIRECT, bounces)
     scratches.own.throughput[:] = 1.0
     state = trace_path(scene, photon_maps, surface, start, state, scratches.own)
@@ -188,4 +217,9 @@ def trace_irradiance(scene, photon_maps, surface, bounces, state, scratches):
         return state
     scratches.own.throughput[:] = np.float32(INV_PI)
     own = models.with_model(scene, surface)
-    return trace_path(scene, photon_maps, own, start, state, scratches.scattered)
+    state = trace_path(scene, photon_maps, own, start, state, scratches.scattered)
+    if scene.fluorescence is None or not fluoresces(scene, surface.hit.triangle):
+        return state
+    scratches.own.throughput[:] = np.float32(INV_PI)
+    sought = models.with_number(surface, FLUORESCING)
+    return trace_path(scene, photon_maps, sought, start, state, scratches.excited)

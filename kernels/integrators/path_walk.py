@@ -17,6 +17,7 @@ from photonmap.kernels.core.warp import power_heuristic
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.integrators.cache_answer import answer, may_answer
+from photonmap.kernels.integrators.fluorescent_path import choose_fluorescence, close_levels
 from photonmap.kernels.integrators.specular_chain import follow_specular_chain
 from photonmap.kernels.lights.direct import (
     count_shadow_ray,
@@ -66,7 +67,7 @@ def _attenuate(scene, surface, wi, factor, scratch):
     if scene.scattering is None or surface.model == models.LAMBERTIAN:
         copy(throughput, response)
         return
-    models.evaluate(scene, surface, wi, response)
+    models.evaluate_sought(scene, surface, wi, response, scratch.walk)
     for band in range(len(response)):
         response[band] *= throughput[band] * np.float32(factor)
 
@@ -161,16 +162,24 @@ def _scale_by_bsdf(scene, surface, direction, scratch):
 
 
 @jit
-def _arrive(scene, caustics, surface, scratch):
-    """Multiply throughput by a Lambertian surface's albedo, and add caustics of the photon map."""
+def _arrive(scene, caustics, surface, state, scratch):
+    """Multiply throughput by a Lambertian surface's albedo, and add caustics of the photon map.
+
+    Or by what excites the surface, if it fluoresces and the path looks for that. Returns (the
+    surface, of which it may do so, the random state).
+    """
+    fluoresces, surface, state = choose_fluorescence(scene, surface, state, scratch)
     scatters, target = surface.model != models.LAMBERTIAN, scratch.irradiance
     if scene.scattering is None or not scatters:
-        color = look_up_material(scene, surface.hit)
-        _, after = multiply_albedo(scene, color, 1.0, scratch.throughput)
+        after = np.float32(1.0)
+        if not fluoresces:
+            color = look_up_material(scene, surface.hit)
+            _, after = multiply_albedo(scene, color, 1.0, scratch.throughput)
         if after == 0.0:
-            return
+            return surface, state
     factor = math.pi if scatters else 1.0
     add_caustics(scene, caustics, surface, scatters, factor, target, passes.INDIRECT, scratch)
+    return surface, state
 
 
 @outlined
@@ -205,7 +214,7 @@ def trace_path(scene, photon_maps, surface, start, state, scratch):
             if not goes_on:
                 break
             looks_up = cache.followed is None
-        _arrive(scene, caustics, surface, scratch)
+        surface, state = _arrive(scene, caustics, surface, state, scratch)
         survival = largest(throughput)
         if survival == 0.0:
             break
@@ -213,6 +222,7 @@ def trace_path(scene, photon_maps, surface, start, state, scratch):
             alive, state = russian_roulette(reference, survival, state, throughput)
             if not alive:
                 break
+    close_levels(scene, scratch)
     return state
 
 
@@ -224,8 +234,9 @@ def follow_path(scene, photon_maps, surface, state, scratch):
     black.
     """
     before = total(scratch.irradiance, passes.INDIRECT)
-    _arrive(scene, photon_maps.caustics, surface, scratch)
+    surface, state = _arrive(scene, photon_maps.caustics, surface, state, scratch)
     if largest(scratch.throughput) == 0.0:
+        close_levels(scene, scratch)
         return 0
     trace_path(
         scene,

@@ -1,8 +1,8 @@
 """Photon tracing: photons leave emitters and fill the radiosity cache where they are reflected."""
 
 from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.fluorescence import reflect_flux
 from photonmap.kernels.bsdf.glass import absorb
-from photonmap.kernels.bsdf.material import look_up_material, multiply_albedo
 from photonmap.kernels.bsdf.specular import (
     choose_lobe,
     draw_scattering,
@@ -61,29 +61,28 @@ def _store(cache, surface, flux):
 
 
 @jit
-def _reflect(scene, cache, surface, point, flux, response):
+def _reflect(scene, cache, surface, point, flux, scratch):
     """Reflect a photon that does not take the specular lobe, and add what is kept to its cell."""
     # `point`, of the unit square, chooses the direction. Returns the photon's largest flux over
     # bands, and the direction in which it leaves.
     factor = adjoint_factor(surface, surface.arrival)
     surface = models.with_model(scene, surface)
     if scene.scattering is None or surface.model == models.LAMBERTIAN:
-        color = look_up_material(scene, surface.hit)
-        _, after = multiply_albedo(scene, color, factor, flux)
+        after = reflect_flux(scene, surface.hit, factor, flux, scratch[0])
         _store(cache, surface, flux)
         return after, vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
     is_glossy = has_base(scene, surface.hit.triangle)
     if is_glossy:
-        fill_base_flux(scene, surface, factor, flux, response)
-        _store(cache, surface, response)
-    direction = models.scatter_flux(scene, surface, point, factor, flux, response)
+        fill_base_flux(scene, surface, factor, flux, scratch[0], scratch[1])
+        _store(cache, surface, scratch[0])
+    direction = models.scatter_flux(scene, surface, point, factor, flux, scratch[0], scratch[1])
     if not is_glossy:
         _store(cache, surface, flux)
     return largest(flux), direction
 
 
 @jit
-def _trace(scene, cache, index, key, ray, bounces, flux, response):
+def _trace(scene, cache, index, key, ray, bounces, flux, scratch):
     """Follow one photon until it is absorbed or leaves the scene."""
     # Returns (cache entries, rays cast, 1 if truncated at `bounces`).
     state, stores = stream(streams.split(key, streams.SURVIVAL), index, 0), 0
@@ -105,7 +104,7 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
             continue
         surface = surface_interaction(scene.geometry, hit, direction)
         point = sobol_2d(index, stream(bounce_key, bounce, 0))
-        after, direction = _reflect(scene, cache, surface, point, flux, response)
+        after, direction = _reflect(scene, cache, surface, point, flux, scratch)
         stores += 1
         alive, state = russian_roulette(before, after, state, flux)
         if not alive:
@@ -118,12 +117,12 @@ def _trace(scene, cache, index, key, ray, bounces, flux, response):
 def trace_photons(scene, cache, key, span, total, bounces, scratch):
     """Trace photons of a span of `total`, in order, and fill `cache.radiosity`.
 
-    `scratch` is (2, N) float32. Returns (cache entries, rays cast, photons truncated at
+    `scratch` is (3, N) float32. Returns (cache entries, rays cast, photons truncated at
     `bounces`).
     """
     cache.radiosity[:] = 0.0
     stores = rays = truncated = 0
-    flux, response = scratch[0], scratch[1]
+    flux, rest = scratch[0], scratch[1:]
     position_key, direction_key = (
         streams.split(key, streams.EMIT_POSITION),
         streams.split(key, streams.EMIT_DIRECTION),
@@ -133,7 +132,7 @@ def trace_photons(scene, cache, key, span, total, bounces, scratch):
         ray = emit_photon(scene.geometry, scene.lights, position, towards, 1.0 / total, flux)
         if largest(flux) == 0.0:
             continue
-        counts = _trace(scene, cache, index, key, ray, bounces, flux, response)
+        counts = _trace(scene, cache, index, key, ray, bounces, flux, rest)
         stores += counts[0]
         rays += counts[1]
         truncated += counts[2]

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.bsdf import models
+from photonmap.kernels.bsdf.fluorescence import fluoresces
 from photonmap.kernels.bsdf.glass import absorb
 from photonmap.kernels.bsdf.material import albedo, look_up_material
 from photonmap.kernels.bsdf.specular import LONGEST_CHAIN, reflected_share, specular_step
@@ -19,6 +20,7 @@ from photonmap.kernels.core.passes import SampleBudget
 from photonmap.kernels.core.records import METAL
 from photonmap.kernels.core.rng import sobol_2d, stream
 from photonmap.kernels.core.warp import INV_PI
+from photonmap.kernels.film.pixels import fill_reradiated
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
 from photonmap.kernels.integrators.irradiance import (
@@ -78,6 +80,13 @@ def _add_radiance(scene, surface, roughness, chain, scratches, via_specular):
             via_specular[kind, chain.pixel, band] += (
                 chain.weight * scratches.own.chain[band] * light
             )
+        if scene.fluorescence is not None and fluoresces(scene, surface.hit.triangle):
+            sent = scratches.own.response
+            fill_reradiated(scene, surface, scratches, row, scratches.own.walk, sent)
+            for band in range(len(sent)):
+                via_specular[kind, chain.pixel, band] += (
+                    chain.weight * scratches.own.chain[band] * sent[band]
+                )
 
 
 @jit

@@ -32,6 +32,7 @@ _REASONS = {
         "some diffuse surfaces do not obey Lambert's law",
         "all diffuse reflection obeys Lambert's law",
     ),
+    "fluorescence": ("surfaces send out light in other bands", "no surface fluoresces"),
     "transmission": ("there is glass", "there is no glass"),
     "media": (
         "glass absorbs light inside, or lies beside other glass",
@@ -50,6 +51,7 @@ _REASONS = {
 EFFECTS = tuple(_REASONS)
 _NEVER_FORCED = (
     "media", "dispersion", "alpha", "environment", "textures", "relief", "glossy", "non_lambertian",
+    "fluorescence",
 )  # fmt: skip
 
 MOST_CHECKS = 1 << 28
@@ -105,6 +107,7 @@ def _of_surfaces(compiled: CompiledScene) -> dict[str, object]:
         "specular": ((kinds != 0) & (kinds != records.METAL)).any(),
         "glossy": is_narrow or (alpha is not None and alpha.any()),
         "non_lambertian": not is_lambertian,
+        "fluorescence": compiled.fluorescence is not None and compiled.fluorescence.matrix.any(),
         "transmission": compiled.is_thin.any() or (kinds == records.GLASS).any(),
         "media": is_mixed or (media is not None and len(media.absorption) > 0),
         "dispersion": _part(media, "dispersion") is not None,
@@ -131,6 +134,7 @@ def _of_images(compiled: CompiledScene) -> dict[str, object]:
     textures = (
         ("textures",), ("lights", "emission_textures"), ("scattering", "maps"),
         ("scattering", "sheens", "maps"), ("specular", "maps"), ("specular", "glass", "maps"),
+        ("fluorescence", "maps"),
     )  # fmt: skip
     reliefs = ("geometry", "relief"), ("scattering", "coats", "relief")
     return {
@@ -144,7 +148,8 @@ def _is_rough(compiled: CompiledScene) -> bool:
     """Return whether a surface reflects otherwise than a mirror or glass."""
     scattering = compiled.scattering
     glossy = scattering is not None and np.isin(scattering.model, NARROW).any()
-    return bool(glossy or compiled.materials.reflectance.any())
+    diffuse = compiled.fluorescence is not None or compiled.materials.reflectance.any()
+    return bool(glossy or diffuse)
 
 
 def _indirect(compiled: CompiledScene) -> Effect:
@@ -295,7 +300,17 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
         specular=_leave_out_specular(compiled, plan),
         textures=textures,
         scattering=_leave_out_scattering(compiled.scattering, plan),
+        fluorescence=_leave_out_fluorescence(compiled.fluorescence, plan),
     )
+
+
+def _leave_out_fluorescence(
+    fluorescence: records.Fluorescence | None, plan: EffectPlan
+) -> records.Fluorescence | None:
+    """Return what surfaces re-emit, None where none is simulated to."""
+    if fluorescence is None or not plan.on("fluorescence"):
+        return None
+    return fluorescence if plan.on("textures") else fluorescence._replace(maps=None)
 
 
 def _leave_out_holes(alpha: records.Alpha | None, plan: EffectPlan) -> records.Alpha | None:

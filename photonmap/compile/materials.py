@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.compile.surfaces.fluorescence import compile_fluorescence
 from photonmap.compile.surfaces.glossy import NODES, TERMS, lobe_albedos
 from photonmap.compile.surfaces.white_bases import WHITE_BASES
 from photonmap.errors import InputError, naming, warn
@@ -33,6 +34,7 @@ class CompiledMaterials(NamedTuple):
     scattering: records.Scattering | None  # None where all surfaces are Lambertian or specular
     panes: records.Panes | None  # None where there is no thin glass
     divisors: Floats  # (M,) by which reflectances were divided
+    fluorescence: records.Fluorescence | None  # None where no surface fluoresces
 
 
 def compile_materials(materials: list[Material], bands: Bands) -> CompiledMaterials:
@@ -66,13 +68,27 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     grazing = grazing if grazing.any() else grazing[:0]
     divisors = _bound(materials, reflectance, mirror)
     panes = _compile_panes(materials, mirror, tint)
+    fluorescence = compile_fluorescence(materials, bands)
+    diffuse = np.minimum(reflectance + _mean_taken(fluorescence, materials), 1.0)
     return CompiledMaterials(
         records.Materials(reflectance.astype(np.float32)),
-        _compile_specular(materials, reflectance, mirror, tint, ior, (walks, grazing)),
-        _compile_scattering(materials, reflectance, glossy, lobes),
+        _compile_specular(materials, diffuse, mirror, tint, ior, (walks, grazing)),
+        _compile_scattering(materials, diffuse, glossy, lobes),
         panes,
         divisors / np.maximum(1.0 - transmitted, 1e-300),
+        fluorescence,
     )
+
+
+def _mean_taken(
+    fluorescence: records.Fluorescence | None, materials: list[Material]
+) -> Floats | float:
+    """Return about which part of light becomes fluorescence, (M, N): by this lobes are chosen."""
+    if fluorescence is None:
+        return 0.0
+    means = np.array([mean_number(m.fluorescence_concentration) for m in materials])
+    taken = np.maximum(fluorescence.taken[fluorescence.row].astype(np.float64), 0.0)
+    return np.where(fluorescence.row >= 0, means, 0.0)[:, None] * taken
 
 
 def _check_glass(material: Material, is_diffuse: bool, is_mirror: bool) -> None:

@@ -21,6 +21,7 @@ from photonmap.compile.lights.emitters import Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
 from photonmap.compile.surfaces.coats import with_coats
+from photonmap.compile.surfaces.fluorescence import with_concentrations
 from photonmap.compile.surfaces.glass import beside_glass, clear_textures, opaque_part, with_glass
 from photonmap.compile.surfaces.relief import Reliefs, given_tangents
 from photonmap.compile.surfaces.sheens import with_sheens
@@ -40,11 +41,12 @@ from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Floats, Spectrum
 from photonmap.version import __version__
 
-_LOBES = frozenset({"specular", "scattering"})
+_LOBES = frozenset({"specular", "scattering", "fluorescence"})
 VARIANTS: dict[str, frozenset[str]] = {
     "plain": _LOBES | {"textures", "alpha", "relief"},
     "textured": _LOBES,
-    "full": frozenset(),
+    "full": frozenset({"fluorescence"}),
+    "fluorescent": frozenset(),
 }
 """Kernels are compiled without these records of the scene and its geometry: the leanest first.
 
@@ -64,6 +66,7 @@ class CompiledScene:
     specular: records.Specular | None  # None in a scene without mirrors and glass
     textures: records.Textures | None  # None in a scene without textured reflectances
     scattering: records.Scattering | None  # None where all surfaces are Lambertian or specular
+    fluorescence: records.Fluorescence | None  # None where no surface fluoresces
     camera: Camera  # in scene units
     center: Floats
     size: float  # scene units in a unit of the kernels' length
@@ -92,6 +95,7 @@ class CompiledScene:
             self.specular,
             self.textures,
             self.scattering,
+            self.fluorescence,
         )
         return with_absent(arrays, VARIANTS[variant_of(arrays)])
 
@@ -175,6 +179,7 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
         specular=specular and specular._replace(media=media),
         textures=table.textures(bands),
         scattering=beside_glass(lobes, materials, specular),
+        fluorescence=with_concentrations(compiled.fluorescence, table),
         camera=camera,
         center=frame.center,
         size=frame.size,
@@ -248,13 +253,14 @@ def describe_run(
     """
     camera = compiled.film_camera(film.width, film.height)
     scatterers = compiled.specular, compiled.scattering, compiled.textures
+    glow = () if compiled.fluorescence is None else (compiled.fluorescence,)
     place = compiled.center, compiled.size
     ids = compiled.object_ids, compiled.material_ids
     hashed = {
         "band curves": json.dumps(bands.describe()),
         "camera": camera,
         "geometry": (compiled.geometry, place, ids),
-        "materials": (compiled.materials, scatterers, compiled.images),
+        "materials": (compiled.materials, scatterers, compiled.images, *glow),
         "lights": (compiled.lights, compiled.light_groups, compiled.power),
     }
     return {

@@ -94,6 +94,7 @@ _TABLES: dict[type, tuple[str, ...]] = {
     records.Scattering: ("specular", "dip"),
     records.LobeMaps: ("basis",),
     records.Sheens: ("color", "basis"),
+    records.Fluorescence: ("matrix", "taken"),
 }
 """The arrays of each record whose last axis is bands"""
 
@@ -128,6 +129,7 @@ def choose_columns(compiled: CompiledScene, merge: bool, split: bool) -> Spectra
     for part in (compiled.materials, compiled.lights, compiled.specular, compiled.scattering):
         _change_tables(part, note)
     _change_tables(compiled.textures, note)
+    _change_tables(compiled.fluorescence, note)
     table = np.concatenate(tables)
     of_band = np.arange(table.shape[1])
     if merge:
@@ -147,7 +149,7 @@ def count_distinct(compiled: CompiledScene) -> int:
 
 def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
     """Return the scene with columns in place of bands: lights shine in those of their group."""
-    if columns.count == len(columns.of_band):
+    if columns.distinct == columns.count == len(columns.of_band):
         return compiled
     first = [int(np.flatnonzero(columns.of_band == k)[0]) for k in range(columns.distinct)]
 
@@ -164,7 +166,24 @@ def carry(compiled: CompiledScene, columns: SpectralColumns) -> CompiledScene:
         specular=_change_tables(compiled.specular, tile),
         textures=_change_tables(compiled.textures, tile),
         scattering=_change_tables(compiled.scattering, tile),
+        fluorescence=_carry_fluorescence(compiled.fluorescence, columns, tile),
     )
+
+
+def _carry_fluorescence(
+    fluorescence: records.Fluorescence | None,
+    columns: SpectralColumns,
+    tile: Callable[[Array], Array],
+) -> records.Fluorescence | None:
+    """Return fluorescence in columns: light arrives in all bands that one stands for."""
+    if fluorescence is None:
+        return None
+    matrix = np.zeros((len(fluorescence.matrix), columns.distinct, columns.distinct))
+    first = np.unique(columns.of_band, return_index=True)[1]
+    for band, column in enumerate(columns.of_band):
+        matrix[:, column] += fluorescence.matrix[:, band, first]
+    matrix = matrix.astype(np.float32)
+    return fluorescence._replace(matrix=matrix, taken=tile(fluorescence.taken))
 
 
 def _carry_lights(

@@ -20,7 +20,14 @@ from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.film.blocks import block_counts, block_sums
 from photonmap.film.moments import Accumulator
 from photonmap.film.relative_error import relative_squares
-from photonmap.kernels.core.passes import FIRST_CAUSTIC, VIA_CAUSTIC, VIA_INDIRECT, Estimate, Film
+from photonmap.kernels.core.passes import (
+    FIRST_CAUSTIC,
+    FLUORESCENT_INDIRECT,
+    VIA_CAUSTIC,
+    VIA_INDIRECT,
+    Estimate,
+    Film,
+)
 
 FOOTPRINTS_HOLD = 64
 """Passes after which sharing footprints begin to narrow; before, noise outweighs their bias."""
@@ -185,6 +192,8 @@ class BiasProbe:
             if via is not None:
                 some = some + via[FIRST_CAUSTIC, part] + via[VIA_INDIRECT, part]
                 some += via[VIA_CAUSTIC, part]
+                if len(via) > FLUORESCENT_INDIRECT:
+                    some += via[FLUORESCENT_INDIRECT, part]
             return self._columns.whole(some) * valid[part, None]
 
         return self._sums(light)

@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import names_where
 from photonmap.film.pooling import error_of, take_in
-from photonmap.kernels.core.passes import FIRST_CAUSTIC, VIA_CAUSTIC, VIA_INDIRECT, Film, Pixels
+from photonmap.kernels.core.passes import (
+    FIRST_CAUSTIC,
+    FLUORESCENT_DIRECT,
+    FLUORESCENT_INDIRECT,
+    VIA_CAUSTIC,
+    VIA_INDIRECT,
+    Film,
+    Pixels,
+)
 
 Array = NDArray[Any]
 
@@ -69,23 +77,30 @@ BLOCKED = names_where(has_block_error=True)
 class BlockMoments:
     """Takes in passes one by one; holds 16 bytes a block and band for each buffer.
 
-    Caustics are kept if the scene has mirrors, glass or rough surfaces.
+    Caustics are kept if the scene has mirrors, glass or rough surfaces, and fluorescence if there
+    are fluorescent ones.
     """
 
-    def __init__(self, film: Film, bands: int, specular: bool) -> None:
+    def __init__(self, film: Film, bands: int, specular: bool, fluorescent: bool = False) -> None:
         self.count = 0
         self._shape = film.height, film.width, bands
         blocks = *block_counts((film.width, film.height), SIDE).shape, bands
-        names = BLOCKED if specular else names_where(has_block_error=True, omitted="never")
-        self._moments = {name: (np.zeros(blocks), np.zeros(blocks)) for name in names}
+        omitted = {"caustics": not specular, "fluorescence": not fluorescent}
+        self._moments = {
+            name: (np.zeros(blocks), np.zeros(blocks)) for name in BLOCKED if not omitted.get(name)
+        }
 
     def add(self, pixels: Pixels, seen: NDArray[np.float32] | None) -> None:
         """Take in one complete pass, and what it saw via specular surfaces."""
         self.count += 1
         parts = {"indirect": self._means(pixels.indirect)}
-        if seen is not None:
+        if "caustics" in self._moments and seen is not None:
             parts["caustics"] = self._means(seen[FIRST_CAUSTIC]) + self._means(seen[VIA_CAUSTIC])
             parts["indirect"] += self._means(seen[VIA_INDIRECT]) + parts["caustics"]
+        if "fluorescence" in self._moments and seen is not None:
+            indirect = self._means(seen[FLUORESCENT_INDIRECT])
+            parts["fluorescence"] = self._means(seen[FLUORESCENT_DIRECT]) + indirect
+            parts["indirect"] += indirect
         for name, value in parts.items():
             take_in(value, self.count, *self._moments[name])
 

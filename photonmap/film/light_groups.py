@@ -30,15 +30,18 @@ class LightGroups:
         workers: Workers,
         specular: bool,
         storage: Storage = RAM,
+        fluorescent: bool = False,
     ) -> None:
         self._columns, self._storage, size = columns, storage, film.width * film.height
         self.whole = Accumulator(
-            size, columns.distinct, workers, specular, columns.weights, storage
+            size, columns.distinct, workers, specular, columns.weights, storage, fluorescent
         )
-        self._blocks = BlockMoments(film, columns.distinct, specular)
+        self._blocks = BlockMoments(film, columns.distinct, specular, fluorescent)
         split = columns.groups != ("",)
         self._groups = {
-            group: Accumulator(size, columns.distinct, workers, specular, storage=storage)
+            group: Accumulator(
+                size, columns.distinct, workers, specular, None, storage, fluorescent
+            )
             for group in (columns.groups if split else ())
         }
 

@@ -12,6 +12,7 @@ from photonmap.film.relative_error import Mask, dark_floor, valid_pixels
 from photonmap.kernels.core.passes import EMPTY, FOUND, TRUNCATED, Pixels
 from photonmap.kernels.film.moments import (
     GOAL_BUFFERS,
+    FluorescenceMoments,
     Moments,
     SpecularMoments,
     add_pass,
@@ -39,8 +40,8 @@ Finished = dict[str, tuple[NDArray[np.float64], NDArray[np.float32], float]]
 class Accumulator:
     """Takes in passes one by one; holds 72 bytes a pixel and band, 24 more if specular.
 
-    `size` is the number of pixels P. `weights`, (N,), say how many bands a column stands for in the
-    error; 1 each by default.
+    48 more are for fluorescence. `size` is the number of pixels P. `weights`, (N,), say how many
+    bands a column stands for in the error; 1 each by default.
     """
 
     def __init__(
@@ -51,6 +52,7 @@ class Accumulator:
         specular: bool = False,
         weights: NDArray[np.float64] | None = None,
         storage: Storage = RAM,
+        fluorescent: bool = False,
     ) -> None:
         self.count = 0
         self._weights = np.ones(bands) if weights is None else weights
@@ -61,6 +63,11 @@ class Accumulator:
             coverage=storage.zeros(size, np.float64),
             found=storage.zeros(size, np.uint8),
             counts=storage.zeros(size, np.uint32),
+            fluorescence=FluorescenceMoments(
+                *storage.zeros((4, size, bands), np.float64), *storage.zeros((4, size, bands))
+            )
+            if fluorescent
+            else None,
         )
         self._specular = (
             SpecularMoments(
@@ -85,8 +92,9 @@ class Accumulator:
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that passes leave behind but their number, by name: the arrays themselves."""
-        specular = {} if self._specular is None else self._specular._asdict()
-        return {**self._moments._asdict(), **specular}
+        own = self._moments._asdict()
+        parts = own.pop("fluorescence"), self._specular
+        return own | {k: v for part in parts if part is not None for k, v in part._asdict().items()}
 
     def error(
         self, buffer: str = "radiance", percentile: float | None = None, lit: bool = True
@@ -170,9 +178,10 @@ class Accumulator:
         """Return the kept buffers and their standard errors, each (P, N) float32.
 
         All light is multiplied by `scale`. Buffers are radiance, emission, direct, indirect,
-        reflectance and shading, and caustics and residual where there are specular surfaces;
-        covariance; coverage (P,). Errors are of all but the last two; empty after a single pass,
-        infinite where a pixel of several passes has one.
+        reflectance and shading, caustics and residual where there are specular surfaces, and
+        fluorescence, its parts and excitation where surfaces fluoresce; covariance; coverage (P,).
+        Errors are of all but the last two; empty after a single pass, infinite where a pixel of
+        several passes has one.
         """
         table, size = self._table(scale), (self._size, len(self._weights))
         names = [name for name in ("shading", *table, "radiance") if name in kept]
@@ -212,7 +221,7 @@ class Accumulator:
             if name in buffers:
                 buffers[name][part] = mean[part] * factor
         if "residual" in buffers:
-            light = moments.direct[part] + moments.indirect[part]
+            light = self._diffuse(part)
             np.copyto(buffers["residual"][part], light * scale, where=self._is_missed(part))
         if "radiance" in buffers:
             emission, direct, indirect = (
@@ -249,9 +258,16 @@ class Accumulator:
         """
         assert self._specular is not None
         moments = self._moments
-        light = moments.direct[part] + moments.indirect[part]
+        light = self._diffuse(part)
         missed = light - self._specular.residual[part] > ROUNDING * light
         return np.asarray(missed & (moments.reflectance[part] == 0.0))
+
+    def _diffuse(self, part: slice) -> NDArray[np.float64]:
+        """Return all light that surfaces send to some pixels without changing its band."""
+        moments = self._moments
+        light = moments.direct[part] + moments.indirect[part]
+        glow = moments.fluorescence
+        return light if glow is None else light - glow.fluorescence[part]
 
     def _fill_shading(
         self,

@@ -23,7 +23,15 @@ from photonmap.film.blocks import block_sums
 from photonmap.film.budget import LEAST_PASSES, PASS_SAMPLES, Goal
 from photonmap.film.pooling import take_in
 from photonmap.film.relative_error import relative_squares
-from photonmap.kernels.core.passes import VIA_DIRECT, VIA_INDIRECT, Estimate, Film, SamplingPlan
+from photonmap.kernels.core.passes import (
+    FLUORESCENT_DIRECT,
+    FLUORESCENT_INDIRECT,
+    VIA_DIRECT,
+    VIA_INDIRECT,
+    Estimate,
+    Film,
+    SamplingPlan,
+)
 from photonmap.runtime.storage import RAM, Storage, strips
 
 WARM_UP_PASSES = 8
@@ -66,6 +74,8 @@ class AdaptiveSampling:
         light = pixels.direct[part] + pixels.indirect[part]
         if via is not None:
             light += via[VIA_DIRECT, part] + via[VIA_INDIRECT, part]
+            if len(via) > FLUORESCENT_INDIRECT:
+                light += via[FLUORESCENT_DIRECT, part] + via[FLUORESCENT_INDIRECT, part]
         weights = self._columns.weights / self._columns.weights.sum()
         return np.einsum("pb,b->p", self._columns.whole(light), weights.astype(np.float32))
 

@@ -15,7 +15,11 @@ from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.kernels.core.passes import (
     CAUSTIC,
     CAUSTIC_IRRADIANCE,
+    EXCITATION_DIRECT,
+    EXCITATION_INDIRECT,
     FIRST_CAUSTIC,
+    FLUORESCENT_DIRECT,
+    FLUORESCENT_INDIRECT,
     LANES,
     RAY_KINDS,
     VIA_CAUSTIC,
@@ -24,6 +28,7 @@ from photonmap.kernels.core.passes import (
     CacheCells,
     Estimate,
     Film,
+    Levels,
     Pixels,
     RadiosityCache,
     SamplingPlan,
@@ -40,6 +45,8 @@ from photonmap.runtime.workers import Workers
 
 TILE = 512
 """Pixels of a span."""
+LEVELS = 64
+"""Fluorescent surfaces that a path may nest; at each, its probability to nest is at most 3/4."""
 
 
 @dataclass(frozen=True)
@@ -223,6 +230,7 @@ def make_scratches(compiled: CompiledScene, bands: int, unbiased: bool = False) 
     throughput, chain, response, walk = np.empty((4, bands), np.float32)
     rows = CAUSTIC + 1 if compiled.specular is not None else CAUSTIC
     scattered = rows if compiled.scattering is not None else 0
+    levels = LEVELS if compiled.fluorescence is not None else 0
     own = Scratch(
         throughput,
         chain,
@@ -234,10 +242,22 @@ def make_scratches(compiled: CompiledScene, bands: int, unbiased: bool = False) 
         np.empty(SCRATCH),
         np.zeros(len(RAY_KINDS), np.int64),
         np.empty((4, 11)),
+        Levels(
+            np.zeros(2, np.int64),
+            np.empty(levels, np.int64),
+            np.empty(levels),
+            np.empty((levels, 3, bands), np.float32),
+        ),
     )
     incident = np.empty((rows if unbiased else scattered, bands), np.float32)
     beyond = np.empty((scattered, bands), np.float32)
-    return Scratches(own, own._replace(irradiance=incident), own._replace(irradiance=beyond))
+    excited = np.empty((scattered if levels else 0, bands), np.float32)
+    return Scratches(
+        own,
+        own._replace(irradiance=incident),
+        own._replace(irradiance=beyond),
+        own._replace(irradiance=excited),
+    )
 
 
 def empty_cache(bands: int) -> RadiosityCache:
@@ -256,17 +276,24 @@ def empty_estimate(setup: PassSetup) -> Estimate:
         lookups=storage.zeros(size, np.uint8),
         plane=storage.zeros((size, 7)),
     )
-    via = storage.zeros((5, size, bands)) if setup.compiled.has_residual else None
+    fluorescent = setup.compiled.fluorescence is not None
+    has_via = fluorescent or setup.compiled.has_residual
+    via = storage.zeros((9 if fluorescent else 5, size, bands)) if has_via else None
     differences = storage.zeros((5, size, bands)) if setup.has_differences else None
     return Estimate(pixels, via, differences)
 
 
 def leave_out(setup: PassSetup, estimate: Estimate) -> Estimate:
     """Clear what was estimated along the way, though its effect is left out."""
+    of_direct: tuple[int, ...] = ()
+    of_indirect: tuple[int, ...] = ()
+    if setup.compiled.fluorescence is not None:
+        of_direct = FLUORESCENT_DIRECT, EXCITATION_DIRECT
+        of_indirect = FLUORESCENT_INDIRECT, EXCITATION_INDIRECT
     for effect, names, rows in (
         ("emission", ("emission",), ()),
-        ("direct", ("direct", "irradiance_direct"), (VIA_DIRECT,)),
-        ("indirect", ("indirect", "irradiance_indirect"), (VIA_INDIRECT,)),
+        ("direct", ("direct", "irradiance_direct"), (VIA_DIRECT, *of_direct)),
+        ("indirect", ("indirect", "irradiance_indirect"), (VIA_INDIRECT, *of_indirect)),
         ("caustics", (), (FIRST_CAUSTIC, CAUSTIC_IRRADIANCE, VIA_CAUSTIC)),
     ):
         if not setup.simulates(effect):

@@ -27,6 +27,7 @@ from photonmap.kernels.core.code_cache import CODE_FOLDER, SHIPPED_FOLDER, proce
 from photonmap.kernels.core.jit import CACHE_FOLDER
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.core.streams import Domain
+from photonmap.runtime.storage import RAM
 from photonmap.runtime.workers import Workers
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import PointLight
@@ -35,6 +36,8 @@ from photonmap.scene.mesh import Mesh
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.fluorescence import Fluorescence
 
 _FILM = Film(1, 1, True)
 _NEAR = (0.4, 0.4, -0.6)
@@ -100,7 +103,10 @@ def _compile_other_kernels(small: Scene, bands: Bands, workers: Workers, method:
     """Compile all other kernels."""
     setup = _setup(small, bands, workers)
     columns = SpectralColumns(np.arange(bands.count))
-    moments = LightGroups(columns, _FILM, workers, setup.compiled.has_residual)
+    compiled = setup.compiled
+    moments = LightGroups(
+        columns, _FILM, workers, compiled.has_residual, RAM, compiled.fluorescence is not None
+    )
     estimate = make_integrator(method, setup).compile_other_kernels()
     for _ in range(2):
         moments.add(estimate.pixels, estimate.via_specular)
@@ -149,9 +155,13 @@ def _smallest(variant: str) -> Scene:
     triangle = Mesh(np.eye(3) - [0.0, 0.0, 1.0], np.array([[0, 1, 2]]), uv=np.zeros((3, 2)))
     grey = Texture.of(np.full((1, 1), 0.4))
     meshes = [replace(triangle, material=Material(reflectance=0.4 if variant == "plain" else grey))]
-    if variant == "full":
+    if variant in ("full", "fluorescent"):
         glass = Material.glass()
         meshes.append(replace(triangle, vertices=triangle.vertices - _APART, material=glass))
+    if variant == "fluorescent":
+        violet, red = (Spectrum([300.0, 800.0], values) for values in ((1.0, 0.0), (0.0, 1.0)))
+        glowing = Material(fluorescence=Fluorescence(violet, red, 0.5))
+        meshes.append(replace(triangle, vertices=triangle.vertices + _APART, material=glowing))
     return Scene(meshes, [PointLight(_NEAR)], Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7)))
 
 

@@ -14,6 +14,8 @@ PASS_BUFFERS = 7
 """Arrays of a pass with a value a pixel and band: those of `Pixels`, and shared irradiance."""
 SPECULAR_BYTES_PER_VALUE = 44
 """Moments and passes of caustics and of what is seen via specular surfaces."""
+FLUORESCENT_BYTES_PER_VALUE = 64
+"""Moments and passes of fluorescence and of what excites it."""
 UNBIASED_BUFFERS = 8
 """Arrays of an unbiased pass besides: differences, rounds of averages, reflectance."""
 BYTES_PER_PIXEL = 92
@@ -42,6 +44,7 @@ class Work:
     per_light: bool = False  # light is split by light group
     unbiased: bool = False  # pixels share by differences
     buffers: Collection[str] = DEFAULT  # names of those that are kept
+    fluorescent: bool = False  # surfaces fluoresce
 
     @property
     def need(self) -> Need:
@@ -54,9 +57,11 @@ class Work:
             for row in RENDERED
             if row.name in self.buffers
             and (self.specular or row.omitted != "without mirrors, glass or rough surfaces")
+            and (self.fluorescent or row.omitted != "without fluorescent surfaces")
         )
         buffers = PASS_BUFFERS + UNBIASED_BUFFERS * self.unbiased
         per_value = BYTES_PER_VALUE + 4 * buffers + SPECULAR_BYTES_PER_VALUE * self.specular
+        per_value += FLUORESCENT_BYTES_PER_VALUE * self.fluorescent
         per_pixel = BYTES_PER_PIXEL + self.bands * per_value + 4 * kept_values
         cells = 2.0 * self.photons * MOST_CELLS_PER_PHOTON
         caches = cells * self.bands * 4 * (bundle_count(self.photons) + 2)

@@ -184,6 +184,7 @@ def _merge_shading(
     plain = buffers.get("residual", np.zeros(1)) == 0.0
     direct, indirect = (buffers[group_name(part, group)] for part in ("direct", "indirect"))
     whole = direct.astype(np.float64) + indirect
+    whole -= buffers.get(group_name("fluorescence", group), 0.0)
     known = buffers["reflectance"] > 0.0
     divisor = np.where(known, buffers["reflectance"], 1.0).astype(np.float64)
     ratio = np.where(plain, whole, light) / divisor
@@ -206,7 +207,9 @@ def _check_complete(result: Result, name: str) -> None:
     """Raise InputError if a result lacks what merging takes."""
     if "fingerprint" not in result.record:
         raise InputError(f"{name}: its record lacks what merging needs; render it again")
-    missing = [buffer for buffer in REQUIRED if buffer not in result.buffers]
+    glows = result.record.get("effects", {}).get("fluorescence", {}).get("on")
+    required = (*REQUIRED, "fluorescence") if glows else REQUIRED
+    missing = [buffer for buffer in required if buffer not in result.buffers]
     several = not missing and (result.passes > 1).any()
     if several and "reflectance" in result.errors and "covariance" not in result.buffers:
         varies = (result.errors["reflectance"] > 0.0) & (result.shading > 0.0)

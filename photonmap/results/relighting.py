@@ -24,6 +24,7 @@ Lit = TypeVar("Lit", bound=Labels)
 def relit(result: Lit, gains: Mapping[str, Any]) -> Lit:
     """Return a result with its light groups times gains; see `photonmap.Result.relit`."""
     factors = _factors(result, gains)
+    _refuse_spectra(result, factors)
     if all((factor == 1.0).all() for factor in factors.values()):
         return replace(result)  # type: ignore[type-var]
     emission = result.buffers.get("emission")
@@ -58,6 +59,19 @@ def _factors(result: Labels, gains: Mapping[str, Any]) -> Gains:
         if group not in groups:
             raise InputError(f"there is no light group {group!r}; {suggest(group, groups)}")
     return {group: _gain(group, gains.get(group, 1.0), result.bands.count) for group in groups}
+
+
+def _refuse_spectra(result: Labels, factors: Gains) -> None:
+    """Refuse gains that differ between bands where surfaces fluoresce: bands of light mix there."""
+    effect = result.record.get("effects", {}).get("fluorescence", {})
+    if not effect.get("on") and "fluorescence" not in result.buffers:
+        return
+    for group, factor in factors.items():
+        if np.ptp(factor) > 0.0:
+            raise InputError(
+                f"surfaces fluoresce, which mixes the bands of light group {group!r}: give it one "
+                "gain for all bands, or render its other spectrum as a light of its own"
+            )
 
 
 def _gain(group: str, gain: Any, bands: int) -> NDArray[np.float64]:
@@ -104,6 +118,7 @@ def _sums(result: Labels, rest: Arrays, parts: Arrays, groups: list[str]) -> Arr
         whole["radiance"] = (rest["emission"] + whole["direct"]) + whole["indirect"]
     if "residual" in result.buffers and "reflectance" in rest and "shading" in whole:
         light = whole["direct"].astype(np.float64) + whole["indirect"]
+        light -= whole.get("fluorescence", 0.0)
         residual = light - rest["reflectance"] * whole["shading"].astype(np.float64)
         none = result.buffers["residual"] == 0.0
         whole["residual"] = np.where(none, 0.0, residual).astype(np.float32)

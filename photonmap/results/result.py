@@ -108,10 +108,10 @@ class Result(Plots):
     def per_light(self) -> Groups:
         """The buffers split by light group: group to name to image, (H, W, N) float32.
 
-        `direct`, `indirect`, `shading`, and `caustics` where there are any; the whole buffers are
-        their sums in this order. Empty unless the render was asked to split them. Lights that are
-        off, 0 in every band, are not rendered and have no group. Standard errors go by names as in
-        "direct@sun".
+        `direct`, `indirect`, `shading`, and `caustics` and `fluorescence` where there are any; the
+        whole buffers are their sums in this order. Empty unless the render was asked to split them.
+        Lights that are off, 0 in every band, are not rendered and have no group. Standard errors go
+        by names as in "direct@sun".
         """
         split = Groups()
         for name, image in self.buffers.items():
@@ -265,7 +265,8 @@ class Result(Plots):
 
         Raises
         ------
-        InputError : lights were not split, there is no such group, or a gain is something else
+        InputError : lights were not split, there is no such group, or a gain is something else; or
+            it differs between bands, though surfaces fluoresce, which mixes them
         """
         from photonmap.results.relighting import relit
 

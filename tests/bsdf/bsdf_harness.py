@@ -121,7 +121,8 @@ def make_scene(case):
     table = compile_textures([look], np.ones(1))
     scattering = with_sheens(scattering, [look], table, Bands.rgb())
     return with_absent(
-        records.SceneArrays(geometry, materials, None, None, textures, scattering), {"specular"}
+        records.SceneArrays(geometry, materials, None, None, textures, scattering),
+        {"specular", "fluorescence"},
     )
 
 
@@ -257,7 +258,7 @@ def _scatter_all(scene, model, n, wo, key, response, flux):
     for i in range(len(flux)):
         u, state = rng.draw(state)
         v, state = rng.draw(state)
-        models.scatter_flux(scene, surface, (u, v), 1.0, flux[i], response)
+        models.scatter_flux(scene, surface, (u, v), 1.0, flux[i], response[0], response[1])
 
 
 def to_world(local):
@@ -295,7 +296,7 @@ def sample(case, wo, key=1, count=SAMPLES, model=None):
 def scatter(case, wo, key=2, count=SAMPLES):
     """Return what is left of a flux of 1 that photons bring from wo, (n, N)."""
     flux = np.ones((count, len(case.albedo)), np.float32)
-    response = np.empty(len(case.albedo), np.float32)
+    response = np.empty((2, len(case.albedo)), np.float32)
     scene, model = make_scene(case), number_of(case)
     _scatter_all(scene, model, NORMAL, tuple(wo), np.uint64(key), response, flux)
     return flux.astype(float)

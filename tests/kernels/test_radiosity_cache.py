@@ -179,7 +179,7 @@ def test_energy_in_the_store(rho):
     areas = triangle_areas(compiled.geometry)
     cells, count = lay_cells(compiled.geometry, areas, areas.sum() / 500)
     radiosity = np.full((count, 3), np.nan, np.float32)
-    n, scratch = 40_000, np.empty((2, 3), np.float32)
+    n, scratch = 40_000, np.empty((3, 3), np.float32)
     cache = RadiosityCache(cells, radiosity)
     stores, _, cut = trace_photons(
         compiled.arrays, cache, np.uint64(5), Span(0, n), n, 1000, scratch

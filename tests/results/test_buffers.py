@@ -27,7 +27,12 @@ from photonmap.dataset.files.derived_buffers import with_derived
 from photonmap.dataset.files.lean import rendered_for
 from photonmap.integrators import first_hits
 from photonmap.integrators.memory_estimate import Work
-from photonmap.kernels.film.moments import GOAL_BUFFERS, Moments, SpecularMoments
+from photonmap.kernels.film.moments import (
+    GOAL_BUFFERS,
+    FluorescenceMoments,
+    Moments,
+    SpecularMoments,
+)
 from photonmap.render import compile_and_plan
 from photonmap.scene.surfaces.metallic import metallic_fraction, metallic_gloss
 from photonmap.settings import Options, Settings
@@ -45,7 +50,8 @@ def test_names_are_unique_and_rendered_ones_come_first():
 
 def test_rows_agree_with_what_computes_them():
     assert names_where(is_goal=True) == GOAL_BUFFERS
-    arrays = {*Moments._fields, *SpecularMoments._fields}
+    records = Moments, SpecularMoments, FluorescenceMoments
+    arrays = {name for record in records for name in record._fields}
     for name in names_where(source="passes", pooling="mean", has_error=True):
         assert {name, f"{name}_spread"} <= arrays
     assert set(names_where(source="first hit")) == set(first_hits._COMPUTE)

@@ -195,7 +195,7 @@ def _find_lit_batches(setup: PassSetup, pair: NDArray[np.int64], count: int) -> 
     sides = 2 * pair.astype(np.int32)[:, None] + np.arange(2, dtype=np.int32)
     cells = one_cell(len(pair))._replace(first=sides)
     cache = RadiosityCache(cells, np.empty((2 * count, setup.bands), np.float32))
-    key, scratch = setup.key(0, Domain.LIT_SIDES), np.empty((2, setup.bands), np.float32)
+    key, scratch = setup.key(0, Domain.LIT_SIDES), np.empty((3, setup.bands), np.float32)
     lit = np.empty((count, BATCHES, 2), np.bool_)
     for batch in range(BATCHES):
         span = Span(batch * PILOT // BATCHES, (batch + 1) * PILOT // BATCHES)

@@ -81,7 +81,7 @@ class CacheTracer:
                 Span(bundle * total // bundles, (bundle + 1) * total // bundles),
                 total,
                 MAX_BOUNCES,
-                np.empty((2, setup.bands), np.float32),
+                np.empty((3, setup.bands), np.float32),
             ),
             bundles,
         )

@@ -41,7 +41,12 @@ from photonmap.kernels.core.passes import (
 )
 from photonmap.kernels.core.record_types import absent
 from photonmap.kernels.core.streams import Domain
-from photonmap.kernels.film.irradiance_sharing import Footprint, share_irradiance
+from photonmap.kernels.film.irradiance_sharing import (
+    Footprint,
+    fill_centre_fluorophores,
+    share_fluorescence,
+    share_irradiance,
+)
 from photonmap.kernels.integrators.camera_pass import camera_pass
 
 
@@ -129,7 +134,27 @@ class PhotonIntegrator:
         self._setup.over_pixels(
             lambda span: share_irradiance(self._setup.film, footprint, span, pixels, self._shared)
         )
+        self.share_fluorescence(pixels.irradiance_indirect, self._shared, estimate)
         return estimate._replace(pixels=pixels._replace(irradiance_indirect=self._shared))
+
+    def share_fluorescence(self, own: np.ndarray, shared: np.ndarray, estimate: Estimate) -> None:
+        """Change what fluoresces as sharing changed indirect irradiance, (P, N)."""
+        setup, fluorescence = self._setup, self._setup.compiled.fluorescence
+        if fluorescence is not None:
+            centre, via = self._centre_fluorophores, estimate.via_specular
+            setup.over_pixels(
+                lambda span: share_fluorescence(fluorescence, centre, span, own, shared, via)
+            )
+
+    @cached_property
+    def _centre_fluorophores(self) -> np.ndarray:
+        setup = self._setup
+        centre, scene = setup.storage.zeros((2, setup.pixels)), setup.scene(0)
+        with self._setting_up():
+            setup.over_pixels(
+                lambda span: fill_centre_fluorophores(scene, setup.view, span, centre)
+            )
+        return centre
 
     def resize_passes(self, size: float) -> None:
         """Take this fraction of the usual samples from now on."""

@@ -44,7 +44,7 @@ def truncated_fraction(compiled: CompiledScene, bands: int, bounces: int, key: n
     scattering = compiled.scattering
     largest = float(compiled.materials.reflectance.max())
     is_glossy = scattering is not None and np.isin(scattering.model, NARROW).any()
-    if compiled.textures is not None or is_glossy:
+    if compiled.textures is not None or compiled.fluorescence is not None or is_glossy:
         largest = 1.0
     if largest**bounces < SMALLEST_FRACTION:
         return 0.0
@@ -57,6 +57,6 @@ def count_photons(
     """Return how often photons are stored on average, and which fraction goes on after bounces."""
     cells = one_cell(len(scene.geometry.triangles))
     cache = RadiosityCache(cells, np.empty((1, bands), np.float32))
-    span, scratch = Span(0, photons), np.empty((2, bands), np.float32)
+    span, scratch = Span(0, photons), np.empty((3, bands), np.float32)
     stores, _, truncated = trace_photons(scene, cache, key, span, photons, bounces, scratch)
     return float(stores / photons), truncated / photons

@@ -41,7 +41,8 @@ class UnbiasedIntegrator(PhotonIntegrator):
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
         """Share indirect irradiance between pixels, by their differences if these are known."""
         if estimate.differences is not None:
-            self._sharing.share(self.plan.links, estimate.pixels, estimate.differences)
+            shared = self._sharing.share(self.plan.links, estimate.pixels, estimate.differences)
+            self.share_fluorescence(estimate.differences[0], shared, estimate)
         return estimate
 
     @cached_property
@@ -65,13 +66,17 @@ class SharingByDifferences:
 
     def share(
         self, links: NDArray[np.uint8] | None, pixels: Pixels, differences: NDArray[np.float32]
-    ) -> None:
-        """Replace indirect light by what pixels and their neighbours, with `links`, say of it."""
+    ) -> NDArray[np.float32]:
+        """Replace indirect light by what pixels and their neighbours, with `links`, say of it.
+
+        Returns the indirect irradiance in place of `differences[0]`, (P, N).
+        """
         setup, own = self._setup, differences[0]
         source = own
         for number in range(ROUNDS):
             source = self._average(links, differences, source, self._rounds[number % 2])
         setup.over_pixels(lambda span: replace_linked(span, self._reflectance, own, source, pixels))
+        return source
 
     def _average(
         self,
