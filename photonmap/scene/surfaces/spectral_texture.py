@@ -1,11 +1,13 @@
 """Textures whose texels are spectra: hyperspectral images, and images of indices into a palette.
 
 `FILE.npz` holds `wavelengths` (L,), nm, and one array (H, W, L) of any name. `FILE.hdr` is the
-header of an ENVI image beside its values, with the field `wavelength`, as L3Harris defines it.
+header of an ENVI image beside its values, with the field `wavelength`, as L3Harris defines it;
+bands that its `bbl` calls bad are left out.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -47,10 +49,18 @@ _LAYOUTS = {
     "bip": ("lines", "samples", "bands"),
 }
 """The axes of a file by its interleave, outermost first."""
-_UNITS = {"nanometers": 1.0, "nm": 1.0, "micrometers": 1e3, "um": 1e3, "angstroms": 0.1}
+_UNITS = {
+    "nanometer": 1.0, "nm": 1.0, "micrometer": 1e3, "micron": 1e3, "um": 1e3, "µm": 1e3, "μm": 1e3,
+    "millimeter": 1e6, "centimeter": 1e7, "meter": 1e9, "angstrom": 0.1, "å": 0.1,
+}  # fmt: skip
+"""Nanometres in units of wavelength, in lower case and in the singular"""
+_RECIPROCAL = {"wavenumber": 1e7, "cm-1": 1e7, "ghz": 299792458.0, "mhz": 299792458e3}
+"""What divided by a wavenumber or a frequency is nanometres"""
+_GAINS = ("data reflectance gain values", 1.0), ("data reflectance offset values", 0.0)
+_RADIANCE_GAINS = ("data gain values", 1.0), ("data offset values", 0.0)
+_FEWEST = 2  # Bands of a spectrum
 _FIELD = re.compile(r"^[ \t]*([^=\n{}]+?)[ \t]*=[ \t]*(\{[^}]*\}|[^\n]*)", re.MULTILINE)
 _DATA_SUFFIXES = (".img", ".dat", ".raw", ".bsq", ".bil", ".bip")
-_SCALE = "reflectance scale factor"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -304,42 +314,145 @@ def _read_envi(path: Path) -> SpectralImage:
     text = path.read_text(encoding="utf-8", errors="replace")
     if not text.startswith("ENVI"):
         raise InputError("is no ENVI header, which begins with ENVI", path)
-    fields = {key.lower(): value.strip("{} \t\r\n") for key, value in _FIELD.findall(text)}
+    if text.count("{") != text.count("}"):
+        raise InputError("has braces that are not closed; write { and } around each list", path)
+    fields = {
+        " ".join(key.lower().split()): value.strip("{} \t\r\n")
+        for key, value in _FIELD.findall(text)
+    }
+    header = _EnviHeader(path, fields)
     missing = [
         key for key in ("samples", "lines", "bands", "data type", "wavelength") if key not in fields
     ]
     if missing:
-        raise InputError(f"the header lacks {listed(missing)}; add it", path)
-    unit = fields.get("wavelength units", "Nanometers").lower()
-    if unit not in _UNITS:
-        raise InputError(f"wavelength units {shown(unit)}; write Nanometers", path)
-    wavelengths = np.array([float(each) for each in fields["wavelength"].split(",")]) * _UNITS[unit]
-    values = _read_values(path, fields)
-    if _SCALE in fields:
-        values = values.astype(np.float32) / np.float32(fields[_SCALE])
-    return SpectralImage(wavelengths, values)
+        raise header.error(f"the header lacks {listed(missing)}; add it")
+    is_good = header.numbers("bbl", 1.0) != 0.0
+    if (count := np.count_nonzero(is_good)) < _FEWEST:
+        raise header.error(f"bbl leaves {count} good bands; a spectrum needs {_FEWEST} or more")
+    wavelengths, values = header.wavelengths()[is_good], header.values()
+    values = values if is_good.all() else values[..., is_good]
+    header.check_data(values)
+    return SpectralImage(wavelengths, header.reflectances(values, is_good))
 
 
-def _read_values(path: Path, fields: dict[str, str]) -> NDArray[Any]:
-    """Return the values beside a header, (H, W, L)."""
-    kind, interleave = int(fields["data type"]), fields.get("interleave", "bsq").lower()
-    if kind not in _TYPES or interleave not in _LAYOUTS:
-        raise InputError(
-            f"data type {kind} with interleave {interleave} is not known; "
-            f"write types {listed(map(str, _TYPES), 9)} as bsq, bil or bip",
-            path,
-        )
-    axes = _LAYOUTS[interleave]
-    shape = [int(fields[axis]) for axis in axes]
-    order = "<" if fields.get("byte order", "0") == "0" else ">"
-    stem = path.with_suffix("")
-    files = [stem, *(stem.with_suffix(suffix) for suffix in _DATA_SUFFIXES)]
-    data = next((file for file in files if file.is_file()), None)
-    if data is None:
-        raise InputError(f"there is no {path.stem}.img beside the header", path)
-    count = int(np.prod(shape))
-    start = int(fields.get("header offset", 0))
-    values = np.fromfile(data, f"{order}{_TYPES[kind]}", count, offset=start)
-    if len(values) < count:
-        raise InputError(f"{data.name} holds {len(values)} of {count} values; copy it again", path)
-    return np.moveaxis(values.reshape(shape), axes.index("bands"), 2)
+@dataclass(frozen=True)
+class _EnviHeader:
+    path: Path
+    fields: dict[str, str]  # keys in lower case
+
+    def error(self, message: str) -> InputError:
+        return InputError(message, self.path)
+
+    def whole(self, key: str, least: int = 0, default: str = "0") -> int:
+        """Return a whole number, so small that sizes computed from it are exact."""
+        text = self.fields.get(key, default)
+        if not re.fullmatch(r"[0-9]{1,12}", text) or int(text) < least:
+            raise self.error(f"{key} {shown(text)} is not a whole number from {least}; correct it")
+        return int(text)
+
+    def numbers(self, key: str, default: float) -> Floats:
+        """Return a finite number for each band."""
+        bands = self.whole("bands", 1)
+        if key not in self.fields:
+            return np.full(bands, default)
+        values = [self._number(key, word) for word in re.split(r"[,\s]+", self.fields[key]) if word]
+        if len(values) != bands:
+            problem = f"{key} has {len(values)} numbers for {bands} bands"
+            raise self.error(f"{problem}; write one for each band")
+        return np.array(values)
+
+    def _number(self, key: str, text: str, finite: bool = True) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = None
+        if value is None or "_" in text or (finite and not np.isfinite(value)):
+            raise self.error(f"{key} {shown(text)} is not a number; correct it")
+        return value
+
+    def wavelengths(self) -> Floats:
+        """Return the wavelengths of all bands, nm; without a unit, that in which they are light."""
+        text = self.fields.get("wavelength units", "")
+        unit = text.lower().replace("metre", "meter").removesuffix("s")
+        at = self.numbers("wavelength", 0.0)
+        if unit in _RECIPROCAL and at.all():
+            at = _RECIPROCAL[unit] / at
+        elif unit in _UNITS:
+            at = at * _UNITS[unit]
+        elif unit not in ("", "unknown"):
+            remedy = "write the unit of its wavelengths, such as Nanometers or Micrometers"
+            raise self.error(f"wavelength units {shown(text)} are not known; {remedy}")
+        elif not _is_light(at):
+            at = at * _UNITS["micrometer"]
+        if not _is_light(at):
+            problem = f"no band is near light, {VISIBLE[0]:g} to {VISIBLE[1]:g} nm: they lie at"
+            span = f"{at.min():g} to {at.max():g} nm by wavelength and wavelength units"
+            raise self.error(f"{problem} {span}; correct these")
+        return at
+
+    def values(self) -> NDArray[Any]:
+        """Return the values beside a header, (H, W, L)."""
+        kind = self.whole("data type")
+        interleave = self.fields.get("interleave", "bsq").lower()
+        if kind not in _TYPES or interleave not in _LAYOUTS:
+            raise self.error(
+                f"data type {kind} with interleave {interleave} is not known; "
+                f"write types {listed(map(str, _TYPES), 9)} as bsq, bil or bip"
+            )
+        if (order := self.whole("byte order")) > 1:
+            raise self.error(f"byte order {order} is neither 0 nor 1; correct it")
+        for key in ("file compression", "major frame offsets", "minor frame offsets"):
+            if self.fields.get(key, "0").strip("0, \t\r\n"):
+                raise self.error(f"{key} {self.fields[key]} is not read; write plain values")
+        axes, dtype = _LAYOUTS[interleave], np.dtype("<>"[order] + _TYPES[kind])
+        shape = [self.whole(axis, 1) for axis in axes]
+        count, start = math.prod(shape), self.whole("header offset")
+        stem = self.path.with_suffix("")
+        files = [stem, *(stem.with_suffix(suffix) for suffix in _DATA_SUFFIXES)]
+        data = next((file for file in files if file.is_file()), None)
+        if data is None:
+            raise self.error(f"there is no {self.path.stem}.img beside the header")
+        if (held := max(data.stat().st_size - start, 0) // dtype.itemsize) < count:
+            raise self.error(f"{data.name} holds {held} of {count} values; copy it again")
+        values = np.fromfile(data, dtype, count, offset=start)
+        return np.moveaxis(values.reshape(shape), axes.index("bands"), 2)
+
+    def check_data(self, values: NDArray[Any]) -> None:
+        """Refuse texels without data, which have no reflectance."""
+        if "data ignore value" not in self.fields:
+            return
+        text = self.fields["data ignore value"]
+        ignored = self._number("data ignore value", text, finite=False)
+        with np.errstate(over="ignore"):
+            wanted = values.dtype.type(ignored) if values.dtype.kind == "f" else ignored
+        is_bare = np.isnan(values) if np.isnan(ignored) else values == wanted
+        if (bare := np.argwhere(is_bare.any(axis=2))).size:
+            row, column = bare[0].tolist()
+            raise self.error(
+                f"{len(bare)} of {values[..., 0].size} texels have no data (data ignore value "
+                f"{text}), the first in row {row}, column {column}; crop or fill them, or mark "
+                "bands without data in bbl"
+            )
+
+    def reflectances(self, values: NDArray[Any], good: NDArray[np.bool_]) -> NDArray[Any]:
+        """Return values by the gains or the scale of reflectances; those of radiances are none."""
+        gains, offsets = (self.numbers(*field)[good] for field in _GAINS)
+        if "reflectance scale factor" in self.fields:
+            key = "reflectance scale factor"
+            scale = self._number(key, self.fields[key])
+            if scale <= 0.0 or (gains != 1.0).any() or offsets.any():
+                problem = f"{key} {scale:g} is not above 0, or stands beside gains or offsets"
+                raise self.error(f"{problem} of reflectance; keep one of them")
+            return values.astype(np.float32) / np.float32(scale)
+        if not {key for key, _ in _GAINS} & {*self.fields}:
+            gain, offset = (self.numbers(*field)[good] for field in _RADIANCE_GAINS)
+            if (gain != 1.0).any() or offset.any():
+                problem = "data gain values and data offset values make radiances of its values"
+                remedy = "convert them to reflectances, or remove the fields if they are some"
+                raise self.error(f"{problem}; {remedy}")
+            return values
+        return (values * gains + offsets).astype(np.float32)
+
+
+def _is_light(wavelengths: Floats) -> bool:
+    return bool(wavelengths.min() <= VISIBLE[1] and wavelengths.max() >= VISIBLE[0])

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 
 import photonmap as pm
 from photonmap.errors import InputError
@@ -176,6 +178,122 @@ def test_toml_reads_envi(read, tmp_path, interleave):
     texture = read('{ file = "wall.hdr" }')
     np.testing.assert_allclose(texture.wavelengths, AT)
     np.testing.assert_allclose(texture.spectra.reshape(2, 3, -1), cube(), atol=6e-5)
+
+
+UNITS = {
+    "Nanometers": 1.0, "nanometre": 1.0, "": 1.0, "Unknown": 1.0, None: 1.0, "Micrometers": 1e3,
+    "microns": 1e3, " um": 1e3, "unknown": 1e3, "Angstroms": 0.1, "Meters": 1e9,
+}  # fmt: skip
+AXES = {"bsq": (2, 0, 1), "bil": (0, 2, 1), "bip": (0, 1, 2)}
+
+
+def write_header(folder, data=b"", **fields):
+    """Write wall.hdr, of 2 × 3 texels by default, and wall.img; None leaves a field out."""
+    known = {"samples": 3, "lines": 2, "bands": 4, "data type": 4, "interleave": "bip"}
+    known |= {"byte order": 0, "wavelength units": "Nanometers"}
+    known |= {"wavelength": "{400, 500, 600, 700}"}
+    known |= {key.replace("_", " "): value for key, value in fields.items()}
+    rows = [f"{key} = {value}" for key, value in known.items() if value is not None]
+    (folder / "wall.hdr").write_text("\n".join(["ENVI", *rows]) + "\n", encoding="utf-8")
+    (folder / "wall.img").write_bytes(data)
+    return folder / "wall.hdr"
+
+
+@settings(
+    max_examples=80, deadline=None, derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+@given(st.data())
+def test_what_envi_headers_may_say(tmp_path, data):
+    """Reflectances at wavelengths in nm, whatever the layout, type, unit, gains and bad bands."""
+    draw = data.draw
+    layout, order = draw(st.sampled_from(list(AXES))), draw(st.sampled_from("<>"))
+    kind, offset = (
+        draw(st.sampled_from([("u2", 12), ("i4", 3), ("f4", 4), ("f8", 5)])),
+        draw(st.integers(0, 40)),
+    )
+    (unit, nm), is_falling = draw(st.sampled_from(list(UNITS.items()))), draw(st.booleans())
+    is_bad = np.array(draw(st.lists(st.booleans(), min_size=6, max_size=6)))
+    assume((~is_bad).sum() >= 2)
+    at = np.linspace(380.0, 780.0, 6)[:: -1 if is_falling else 1]
+    stored = np.random.default_rng(draw(st.integers(0, 99))).integers(1, 9000, (2, 3, 6))
+    stored[..., is_bad] = 0
+    fields = {"wavelength_units": unit, "bands": 6, "data_type": kind[1], "interleave": layout}
+    fields |= {"byte_order": "<>".index(order), "header_offset": offset}
+    fields |= {"wavelength": "{ " + ",\n".join(f"{each / nm!r}" for each in at.tolist()) + " }"}
+    if is_bad.any():
+        fields["bbl"] = "{" + ", ".join(str(int(not bad)) for bad in is_bad) + "}"
+        fields["data_ignore_value"] = 0
+    if scaled := draw(st.booleans()):
+        fields["Reflectance_Scale_factor"] = 10000
+    else:
+        gains = np.linspace(1e-5, 9e-5, 6)
+        fields["data_reflectance_gain_values"] = "{" + ",".join(map(repr, gains.tolist())) + "}"
+        fields["data_gain_values"] = "{3,3,3,3,3,3}"
+    values = stored.transpose(AXES[layout]).astype(f"{order}{kind[0]}")
+    image = read_spectral_image(
+        write_header(tmp_path, bytes(offset) + np.ascontiguousarray(values).tobytes(), **fields)
+    )
+    back = slice(None, None, -1 if is_falling else 1)
+    wanted = stored / 10000 if scaled else stored * gains
+    np.testing.assert_allclose(image.wavelengths, at[~is_bad][back], rtol=1e-12)
+    np.testing.assert_allclose(image.values, wanted[..., ~is_bad][..., back], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("Wavenumber", 1e7), ("GHz", 299792458.0)])
+def test_wavenumbers_and_frequencies(tmp_path, unit, factor):
+    at = np.array([400.0, 500.0, 600.0, 700.0])
+    listed = "{" + ",".join(map(repr, (factor / at).tolist())) + "}"
+    header = write_header(tmp_path, bytes(96), wavelength_units=unit, wavelength=listed)
+    np.testing.assert_allclose(read_spectral_image(header).wavelengths, at)
+
+
+def test_a_bad_band_is_made_of_its_neighbours(tmp_path):
+    values = np.full((2, 3, 4), 0.45, "<f4")
+    values[..., 2] = 0.0
+    texture = pm.SpectralTexture.read(write_header(tmp_path, values.tobytes(), bbl="{1,1,0,1}"))
+    np.testing.assert_allclose(texture.averages(pm.Bands.parse("box:9")), 0.45, rtol=1e-6)
+
+
+HOLE = np.full((2, 3, 4), 0.5, "<f4")
+HOLE[1, 2, 0] = -1.23e34
+NANS = np.where(HOLE < 0.0, np.nan, HOLE).astype("<f4")
+BEHIND = "1 of 6 texels have no data .*, the first in row 1, column 2; crop or fill them"
+
+
+@pytest.mark.parametrize(
+    ("fields", "data", "message"),
+    [
+        ({"data_ignore_value": "-1.23e+34"}, HOLE, BEHIND),
+        ({"data_ignore_value": "NaN"}, NANS, BEHIND),
+        ({"data_ignore_value": "none"}, HOLE, "data ignore value 'none' is not a number"),
+        ({"bbl": "{0,1,0,0}"}, HOLE, "bbl leaves 1 good bands; a spectrum needs 2 or more"),
+        ({"bbl": "{1,1,1}"}, HOLE, "bbl has 3 numbers for 4 bands; write one for each band"),
+        ({"samples": "1e30"}, HOLE, "samples '1e30' is not a whole number from 1"),
+        ({"samples": 10**30}, HOLE, "samples '1000.*' is not a whole number from 1"),
+        ({"lines": 10**11}, HOLE, "wall.img holds 24 of 1200000000000 values; copy it again"),
+        ({"bands": 0}, HOLE, "bands '0' is not a whole number from 1"),
+        ({"header_offset": "1e20"}, HOLE, "header offset '1e20' is not a whole number from 0"),
+        ({"header_offset": 10**11}, HOLE, "holds 0 of 24 values"),
+        ({"header_offset": -4}, HOLE, "header offset '-4' is not a whole number from 0"),
+        ({"byte_order": 2}, HOLE, "byte order 2 is neither 0 nor 1"),
+        ({"data_type": 6}, HOLE, "data type 6 with interleave bip is not known"),
+        ({"file_compression": 1}, HOLE, "file compression 1 is not read; write plain values"),
+        ({"major_frame_offsets": "{0, 8}"}, HOLE, "major frame offsets .* is not read"),
+        ({"wavelength_units": "Index"}, HOLE, "'Index' are not known; write the unit of its"),
+        ({"wavelength_units": "Micrometers"}, HOLE, "no band is near light.*400000 to 700000 nm"),
+        ({"wavelength": "{1, 2, 3, 4}", "wavelength_units": None}, HOLE, "1000 to 4000 nm"),
+        ({"wavelength": "{400, 700}"}, HOLE, "wavelength has 2 numbers for 4 bands"),
+        ({"wavelength": "{400, 500, 600, 7_0}"}, HOLE, "wavelength '7_0' is not a number"),
+        ({"wavelength": "{400, 500, 600, 700"}, HOLE, "has braces that are not closed"),
+        ({"reflectance_scale_factor": 0}, HOLE, "reflectance scale factor 0 is not above 0"),
+        ({"data_gain_values": "{2,2,2,2}"}, HOLE, "make radiances of its values; convert them"),
+    ],
+)
+def test_envi_headers_that_are_refused(tmp_path, fields, data, message):
+    with pytest.raises(InputError, match=message) as refused:
+        read_spectral_image(write_header(tmp_path, data.tobytes(), **fields))
+    assert len(str(refused.value).splitlines()) == 1
 
 
 def test_envi_files_of_our_own_are_read(tmp_path):
