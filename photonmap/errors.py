@@ -1,10 +1,42 @@
-"""The one exception for bad input, and the one channel for warnings."""
+"""The one exception for bad input, the one channel for warnings, and what makes text safe."""
 
+import json
+import re
 import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from os import PathLike
+
+_HIDDEN = re.compile(
+    "[\x00-\x1f\x7f-\x9f"  # control characters, ESC among them, and line ends
+    "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # what turns the direction of writing
+    "\u200b\u2028\u2029\u2060-\u2065\u206a-\u206f\ufeff\U000e0000-\U000e007f"  # line ends, unseen
+    "\ud800-\udfff]"  # halves of characters, which cannot be written
+)
+_LONGEST = 4000  # Characters of a message
+
+
+def visible(text: str, kept: str = "") -> str:
+    r"""Return a text that a terminal shows as it is: control characters and the like as JSON's.
+
+    Also what turns the direction of writing, or is not seen, becomes an escape, as `\u202e`; but
+    not the characters `kept`. Everything from a file passes here before it is printed.
+    """
+
+    def escaped(found: re.Match[str]) -> str:
+        character = found[0]
+        if character in kept:
+            return character
+        return "\\u007f" if character == "\x7f" else json.dumps(character)[1:-1]
+
+    return _HIDDEN.sub(escaped, text)
+
+
+def _one_line(message: str) -> str:
+    """Return a message on one line that shows what it holds, cut off if it is very long."""
+    line = visible(" ".join(message[: 4 * _LONGEST].split()))
+    return line if len(line) <= _LONGEST else line[:_LONGEST] + "..."
 
 
 class InputError(ValueError):
@@ -21,8 +53,8 @@ class InputError(ValueError):
         self, message: str, path: str | PathLike[str] | None = None, line: int | None = None
     ) -> None:
         self.names_file = path is not None
-        location = "" if path is None else f"{path}: " if line is None else f"{path}:{line}: "
-        super().__init__(location + " ".join(message.split()))
+        place = "" if path is None else f"{path}: " if line is None else f"{path}:{line}: "
+        super().__init__(visible(place) + _one_line(message))
 
 
 @contextmanager
@@ -33,7 +65,7 @@ def naming(
     try:
         yield
     except InputError as error:
-        raise InputError(f"{owner}: {error}", path, line) from None
+        raise InputError(f"{visible(owner)}: {error}", path, line) from None
 
 
 @contextmanager
@@ -57,7 +89,7 @@ _owners: list[str] = []
 
 def warn(message: str) -> None:
     """Issue a `SceneWarning`, also to everyone who listens."""
-    message = " ".join(message.split())
+    message = _one_line(message)
     for messages in _listeners:
         messages.append(message)
     warnings.warn(": ".join([*_owners, message]), SceneWarning, stacklevel=_level_of_caller())
@@ -74,7 +106,7 @@ def _level_of_caller() -> int:
 @contextmanager
 def naming_in_warnings(owner: str) -> Iterator[None]:
     """Prefix the warnings of this context with the name of what they are about, but for records."""
-    _owners.append(owner)
+    _owners.append(visible(owner))
     try:
         yield
     finally:

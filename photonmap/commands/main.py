@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from photonmap.commands import BAD_INPUT, INTERRUPTED
-from photonmap.errors import InputError, SceneWarning
+from photonmap.errors import InputError, SceneWarning, visible
 from photonmap.runtime.terminal import end_by, other_signals_as_ctrl_c, tolerant, tolerant_output
 from photonmap.runtime.wording import suggest
 
@@ -90,7 +90,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def _print(line: str) -> None:
-    print(f"photonmap: {line}", file=tolerant(sys.stderr))
+    print(f"photonmap: {visible(line)}", file=tolerant(sys.stderr))
 
 
 def _dispatch(arguments: list[str]) -> int:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from photonmap.errors import visible
 from photonmap.report.tables import aligned
 from photonmap.runtime.wording import listed
 
@@ -22,7 +23,7 @@ _DIGITS, _MOST_DIGITS = 6, 17
 
 def as_text(description: dict[str, Any]) -> str:
     """Return the description as lines of text."""
-    return "\n".join(_lines(description))
+    return "\n".join(map(visible, _lines(description)))
 
 
 def _lines(description: dict[str, Any]) -> Iterator[str]:

@@ -8,13 +8,15 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from photonmap.errors import visible
+
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 """What begins a cell that spreadsheets compute, or hides that from the eye."""
 
 
 def aligned(rows: Sequence[Sequence[Any]], right: Collection[int] = ()) -> Iterator[str]:
     """Yield rows of cells as lines, their columns aligned left, or `right` by number."""
-    texts = [[str(cell) for cell in row] for row in rows]
+    texts = [[visible(str(cell)) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     for row in texts:
         cells = (

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from photonmap.errors import InputError
-from photonmap.runtime.terminal import tolerant
+from photonmap.runtime.terminal import drawing, tolerant
 from photonmap.runtime.wording import shown
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Bar:
             TextColumn("{task.description}"),
             BarColumn(),
             TextColumn("{task.fields[state]}"),
-            console=Console(stderr=True),
+            console=Console(file=drawing(sys.stderr)),
             transient=True,
         )
         self._bar.start()

@@ -15,6 +15,8 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, TextIO, cast
 
+from photonmap.errors import visible
+
 _LIKE_CTRL_C = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
@@ -86,16 +88,20 @@ _NOBODY_READS = (errno.EPIPE, errno.EIO)
 
 
 class _Tolerant:
-    """A text stream that no write fails on: after an error, what is written is dropped."""
+    """A text stream that no write fails on: after an error, what is written is dropped.
 
-    def __init__(self, stream: TextIO | None) -> None:
+    Control characters and the like are shown, but for line ends and tabs, unless it `draws`.
+    """
+
+    def __init__(self, stream: TextIO | None, draws: bool = False) -> None:
         self._stream = stream or open(os.devnull, "w")  # noqa: PTH123, SIM115
+        self._draws = draws
         self.error: OSError | None = None
 
     def write(self, text: str) -> int:
         """Write a text."""
         try:
-            return self._stream.write(text)
+            return self._stream.write(text if self._draws else visible(text, "\n\t"))
         except OSError as error:
             self._drop(error)
             return len(text)
@@ -120,6 +126,12 @@ class _Tolerant:
 def tolerant(stream: TextIO | None) -> TextIO:
     """Return a stream on which no write fails; None is one that goes nowhere."""
     return cast(TextIO, stream if isinstance(stream, _Tolerant) else _Tolerant(stream))
+
+
+def drawing(stream: TextIO | None) -> TextIO:
+    """Return a stream on which no write fails and nothing is escaped: that of a progress bar."""
+    bare = stream._stream if isinstance(stream, _Tolerant) else stream
+    return cast(TextIO, _Tolerant(bare, draws=True))
 
 
 @contextmanager

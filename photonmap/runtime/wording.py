@@ -5,7 +5,10 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import fields
+from itertools import islice
 from typing import Any
+
+from photonmap.errors import visible
 
 _LENGTH = 60
 """Characters of a text that are shown."""
@@ -47,9 +50,9 @@ def listed(names: Iterable[str], limit: int = 8) -> str:
 
 
 def enumerated(texts: Collection[str], limit: int = 8) -> str:
-    """Return texts as they are, the first few of them."""
+    """Return texts as a terminal may show them, the first few of them."""
     more = f" and {len(texts) - limit} more" if len(texts) > limit else ""
-    return ", ".join(list(texts)[:limit]) + more
+    return ", ".join(map(visible, islice(texts, limit))) + more
 
 
 def suggest(name: object, known: Iterable[str]) -> str:
