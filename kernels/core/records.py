@@ -12,6 +12,8 @@ from photonmap.kernels.core.record_types import by_reference
 
 BYTES, SRGB, FLOATS = 0, 1, 2
 """Kinds of texels: linear bytes, sRGB bytes, linear float32; the first two are rows of a table"""
+CLAMP_U, CLAMP_V, NEAREST = 1, 2, 4
+"""How an image is looked up: edges go on along u, along v; without interpolation"""
 
 
 @by_reference
@@ -21,7 +23,7 @@ class Maps(NamedTuple):
     address: int64[::1]  # (R,), of the first texel
     shape: int32[:, ::1]  # (R, 3), rows, columns, and channels (1 or 3)
     kind: uint8[::1]  # (R,): BYTES, SRGB or FLOATS
-    clamp: uint8[::1]  # (R,), 1 where edges go on outside the unit square; else the image repeats
+    flags: uint8[::1]  # (R,), the sum of CLAMP_U, CLAMP_V, where it does not repeat, and NEAREST
     placement: float64[:, ::1]  # (R, 4), scale of u and v, then their offset
     factor: float64[:, ::1]  # (R, 3), of red, green and blue
     tables: float32[:, ::1]  # (2, 256), linear values of bytes

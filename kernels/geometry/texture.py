@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.kernels.core.jit import jit, outlined
-from photonmap.kernels.core.records import FLOATS
+from photonmap.kernels.core.records import CLAMP_U, CLAMP_V, FLOATS, NEAREST
 
 if config.DISABLE_JIT:
 
@@ -97,22 +97,23 @@ def _place(maps, image, s, t):
     height, width = np.int64(maps.shape[image, 0]), np.int64(maps.shape[image, 1])
     s = maps.placement[image, 0] * s + maps.placement[image, 2]
     t = maps.placement[image, 1] * t + maps.placement[image, 3]
-    clamp = maps.clamp[image] != 0
-    if not clamp:
-        s, t = s - math.floor(s), t - math.floor(t)
-    else:
-        s, t = min(max(s, 0.0), 1.0), min(max(t, 0.0), 1.0)
+    flags = maps.flags[image]
+    along, up = flags & CLAMP_U != 0, flags & CLAMP_V != 0
+    s = min(max(s, 0.0), 1.0) if along else s - math.floor(s)
+    t = min(max(t, 0.0), 1.0) if up else t - math.floor(t)
     x, y = s * width - 0.5, (1.0 - t) * height - 0.5
     left, top = math.floor(x), math.floor(y)
     x, y = x - left, y - top
-    columns = _inside(np.int64(left), width, clamp), _inside(np.int64(left) + 1, width, clamp)
-    rows = _inside(np.int64(top), height, clamp), _inside(np.int64(top) + 1, height, clamp)
+    if flags & NEAREST != 0:
+        x, y = math.floor(x + 0.5), math.floor(y + 0.5)
+    columns = _inside(np.int64(left), width, along), _inside(np.int64(left) + 1, width, along)
+    rows = _inside(np.int64(top), height, up), _inside(np.int64(top) + 1, height, up)
     return rows, columns, x, y
 
 
 @outlined
 def look_up(maps, image, s, t):
-    """Return linear RGB of row `image` at (s, t), bilinear; t rises from the bottom row."""
+    """Return linear RGB of row `image` at (s, t), bilinear or nearest; t rises from the bottom."""
     rows, columns, x, y = _place(maps, image, s, t)
     a, b = _texel(maps, image, rows[0], columns[0]), _texel(maps, image, rows[0], columns[1])
     c, d = _texel(maps, image, rows[1], columns[0]), _texel(maps, image, rows[1], columns[1])

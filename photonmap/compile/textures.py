@@ -14,6 +14,7 @@ from photonmap.compile.surfaces.glossy import STEPS, append_stepped
 from photonmap.errors import naming
 from photonmap.kernels.bsdf.models import GLOSSY
 from photonmap.kernels.core import records
+from photonmap.kernels.core.records import CLAMP_U, CLAMP_V, NEAREST
 from photonmap.scene.images import LINEAR_TABLE, SRGB_TABLE, Image
 from photonmap.scene.material import LEAST_ALPHA, Material
 from photonmap.scene.mesh import Mesh
@@ -164,12 +165,16 @@ def _maps(uses: list[tuple[Texture, float]]) -> tuple[records.Maps, list[Any]]:
         np.array([array.ctypes.data for array in arrays], np.int64),
         np.array([array.shape for array in arrays], np.int32).reshape(-1, 3),
         np.array(kinds, np.uint8),
-        np.array([texture.clamp for texture in textures], np.uint8),
+        np.array([_flags(texture) for texture in textures], np.uint8),
         np.array([(*t.scale, *t.offset) for t in textures], np.float64).reshape(-1, 4),
         np.array(factors, np.float64).reshape(-1, 3),
         np.stack([LINEAR_TABLE, SRGB_TABLE]),
     )
     return maps, arrays
+
+
+def _flags(texture: Texture) -> int:
+    return int(np.dot((*texture.clamps, texture.nearest), (CLAMP_U, CLAMP_V, NEAREST)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,7 +33,7 @@ ROWS = 256  # Rows of an image summed at a time, so that temporary arrays stay s
 
 @dataclass(frozen=True)
 class Texture:
-    """An image on a surface, interpolated bilinearly between the centres of its texels.
+    """An image on a surface, interpolated bilinearly between the centres of its texels, or not.
 
     Its lower left corner lies at texture coordinates (0, 0), its upper right one at (1, 1); it is
     looked up at `scale` · (u, v) + `offset`. As a reflectance or emission it is linear RGB, which
@@ -43,8 +43,10 @@ class Texture:
     ----------
     image : its texels
     scale, offset : of texture coordinates
-    clamp : whether its edge texels extend beyond the unit square; otherwise it repeats
+    clamp : whether its edge texels extend beyond the unit square, or whether along u and along v;
+        otherwise it repeats
     factor : multiplies linear red, green and blue
+    nearest : whether each texel has one colour up to its edges, without interpolation
 
     Raises
     ------
@@ -54,8 +56,9 @@ class Texture:
     image: Image
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
-    clamp: bool = False
+    clamp: bool | tuple[bool, bool] = False
     factor: Triple = (1.0, 1.0, 1.0)
+    nearest: bool = False
 
     def __post_init__(self) -> None:
         """Refuse another kind of image, and numbers by which texels cannot be found."""
@@ -72,6 +75,17 @@ class Texture:
                 numbers = np.empty(0)
             if numbers.shape != (count,) or not ((numbers >= low) & (numbers <= high)).all():
                 raise InputError(f"a texture's {name} is {shown(value)}; give {remedy}")
+        if np.shape(self.clamp) not in ((), (2,)):
+            remedy = "give True or False, or one of them for u and one for v"
+            raise InputError(f"a texture's clamp is {shown(self.clamp)}; {remedy}")
+        along, up = self.clamps
+        object.__setattr__(self, "clamp", along if along == up else (along, up))
+
+    @property
+    def clamps(self) -> tuple[bool, bool]:
+        """Whether it is clamped along u, and along v."""
+        along, up = np.broadcast_to(self.clamp, 2).tolist()
+        return bool(along), bool(up)
 
     @classmethod
     def read(cls, path: str | PathLike[str], linear: bool = False, **mapping: Any) -> Texture:
@@ -81,7 +95,7 @@ class Texture:
         ----------
         path : a file that OpenImageIO reads
         linear : whether integers are linear instead of sRGB; floats always are
-        mapping : scale, offset, clamp, factor
+        mapping : scale, offset, clamp, factor, nearest
 
         Raises
         ------
@@ -98,7 +112,7 @@ class Texture:
         texels : (H, W), (H, W, 1) or (H, W, 3), top row first; uint8, or linear
             numbers
         srgb : whether uint8 texels are encoded in sRGB
-        mapping : scale, offset, clamp, factor
+        mapping : scale, offset, clamp, factor, nearest
 
         Raises
         ------
@@ -117,7 +131,7 @@ class Texture:
 
         Parameters
         ----------
-        across, up : whether it is mirrored along u and along v; where not, it repeats as it is
+        across, up : whether it is mirrored along u and along v; where not, it stays as it is
         """
         texels, (s, t), (u, v) = self.image.texels, self.scale, self.offset
         if across:
@@ -127,7 +141,8 @@ class Texture:
         if not (across or up):
             return self
         image = Image(texels, self.image.srgb)
-        return replace(self, image=image, scale=(s, t), offset=(u, v), clamp=False)
+        clamp = self.clamps[0] and not across, self.clamps[1] and not up
+        return replace(self, image=image, scale=(s, t), offset=(u, v), clamp=clamp)
 
     @property
     def values(self) -> NDArray[Any]:
@@ -191,7 +206,11 @@ def lie_alike(one: object, other: object) -> bool:
     """Return whether two textures lie alike on a surface; what is no texture lies as any does."""
     if not (isinstance(one, Texture) and isinstance(other, Texture)):
         return True
-    return (one.scale, one.offset, one.clamp) == (other.scale, other.offset, other.clamp)
+    return _placed(one) == _placed(other)
+
+
+def _placed(texture: Texture) -> tuple[Any, ...]:
+    return texture.scale, texture.offset, texture.clamp, texture.nearest
 
 
 def resized(texture: Texture, shape: Sequence[int]) -> NDArray[np.float32]:
@@ -204,8 +223,9 @@ def resized(texture: Texture, shape: Sequence[int]) -> NDArray[np.float32]:
         place = (np.arange(count) + 0.5) * size / count - 0.5
         low = np.floor(place)
         near = np.array((low, low + 1), np.int64)
-        near = np.clip(near, 0, size - 1) if texture.clamp else near % size
+        near = np.clip(near, 0, size - 1) if texture.clamps[1 - axis] else near % size
         weight = (place - low).astype(np.float32).reshape(-1, *(1,) * (2 - axis))
+        weight = (weight >= 0.5).astype(np.float32) if texture.nearest else weight
         first, second = (np.take(values, rows, axis) for rows in near)
         values = first + weight * (second - first)
     return np.asarray(values * np.array(texture.factor, np.float32))

@@ -24,20 +24,25 @@ BYTES = RNG.integers(0, 256, (4, 5, 3), np.uint8)
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
 
 
-def bilinear(texels, s, t, clamp):
-    """The same by hand: row 0 is the top, t rises."""
-    height, width = texels.shape[:2]
-    if clamp:
-        s, t = min(max(s, 0.0), 1.0), min(max(t, 0.0), 1.0)
-    x, y = s * width - 0.5, (1.0 - t) * height - 0.5
+def bilinear(texels, s, t, clamp, nearest=False):
+    """The same by hand: row 0 is the top, t rises; `clamp` along both or along each of s and t."""
+    size = texels.shape[:2]
+    clamps = np.broadcast_to(clamp, 2)[::-1]
+    t, s = (
+        min(max(at, 0.0), 1.0) if clamped else at
+        for at, clamped in zip((t, s), clamps, strict=True)
+    )
+    places = (1.0 - t) * size[0] - 0.5, s * size[1] - 0.5
+    if nearest:
+        places = [np.floor(place + 0.5) for place in places]
     total = np.zeros(3)
-    for row in (int(np.floor(y)), int(np.floor(y)) + 1):
-        for column in (int(np.floor(x)), int(np.floor(x)) + 1):
-            weight = (1.0 - abs(x - column)) * (1.0 - abs(y - row))
-            inside = row % height, column % width
-            if clamp:
-                inside = min(max(row, 0), height - 1), min(max(column, 0), width - 1)
-            total += weight * texels[inside]
+    for corner in np.ndindex(2, 2):
+        weight, inside = 1.0, []
+        for place, step, count, clamped in zip(places, corner, size, clamps, strict=True):
+            index = int(np.floor(place)) + step
+            weight *= 1.0 - abs(place - index)
+            inside.append(min(max(index, 0), count - 1) if clamped else index % count)
+        total += weight * texels[tuple(inside)]
     return total
 
 
@@ -47,23 +52,26 @@ def maps_of(*textures):
     return texture_table.maps, texture_table
 
 
-@pytest.mark.parametrize("clamp", [False, True])
+@pytest.mark.parametrize("nearest", [False, True])
+@pytest.mark.parametrize("clamp", [False, True, (True, False), (False, True)])
 @pytest.mark.parametrize("kind", ["srgb", "linear", "float", "grey"])
-def test_look_up(kind, clamp):
+def test_look_up(kind, clamp, nearest):
     texels = {
         "srgb": BYTES,
         "linear": BYTES,
         "float": RNG.random((3, 7, 3)).astype(np.float32),
         "grey": BYTES[..., 0],
     }[kind]
-    place = {"scale": (1.5, -0.75), "offset": (0.25, 0.5), "clamp": clamp, "factor": (1, 0.5, 0.25)}
+    place = {"scale": (1.5, -0.75), "offset": (0.25, 0.5), "factor": (1, 0.5, 0.25)}
+    place |= {"clamp": clamp, "nearest": nearest}
     texture = pm.Texture.of(texels, kind != "linear", **place)
     maps, _pictures = maps_of(pm.Texture.of(BYTES), texture)
     linear = texels if kind == "float" else texels / 255
     linear = decode_srgb(linear) if kind in ("srgb", "grey") else linear
     linear = linear[..., None].repeat(3, 2) if linear.ndim == 2 else linear
     for u, v in RNG.uniform(-2.0, 3.0, (100, 2)):
-        wanted = bilinear(linear, 1.5 * u + 0.25, -0.75 * v + 0.5, clamp) * [1, 0.5, 0.25]
+        s, t = 1.5 * u + 0.25, -0.75 * v + 0.5
+        wanted = bilinear(linear, s, t, clamp, nearest) * [1, 0.5, 0.25]
         np.testing.assert_allclose(look_up(maps, 1, u, v), wanted, atol=1e-6)
 
 
@@ -97,6 +105,22 @@ def test_mirrored(across, up):
             copies = np.vstack([row[::-1] if up else row, row])
             wanted = bilinear(copies, s / 2, t / 2, False)
         np.testing.assert_allclose(look_up(maps, 0, u, v), wanted, atol=1e-6)
+
+
+def test_mirrored_one_way_and_clamped_the_other():
+    linear = BYTES / 255
+    texture = pm.Texture.of(BYTES, False, clamp=(True, True)).mirrored(True, False)
+    assert texture.clamp == (False, True)
+    maps, _pictures = maps_of(texture)
+    copies = np.hstack([linear, linear[:, ::-1]])
+    for u, v in RNG.uniform(-2.0, 3.0, (100, 2)):
+        wanted = bilinear(copies, u / 2, v, (False, True))
+        np.testing.assert_allclose(look_up(maps, 0, u, v), wanted, atol=1e-6)
+
+
+def test_clamps_that_are_none():
+    with pytest.raises(InputError, match=r"a texture's clamp is \(True,\); give True or False, or"):
+        pm.Texture.of(BYTES, clamp=(True,))
 
 
 def test_mean_and_largest():

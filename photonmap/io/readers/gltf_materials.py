@@ -17,7 +17,7 @@ from photonmap.errors import InputError, naming
 from photonmap.io.readers.decoding import SHEEN, Losses, Note, note_loss, plain, read_embedded
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, MissingTextures, extended
 from photonmap.runtime.files import named_image
-from photonmap.runtime.wording import shown
+from photonmap.runtime.wording import listed, shown
 from photonmap.scene.images import Channels, Image, read_channels
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.fresnel import normal_reflectance
@@ -392,7 +392,8 @@ class Source(Described):
         return r * red, g * green, b * blue
 
 
-CLAMP, MIRROR = 33071, 33648  # Values of a sampler's wrapS and wrapT; they repeat by default
+CLAMP, MIRROR, REPEAT = 33071, 33648, 10497  # Values of a sampler's wrapS and wrapT
+NEAREST = 9728  # Value of a sampler's magFilter; others interpolate
 _TRANSFORM = "KHR_texture_transform"
 _EMBEDDED = "photonmap_image_"  # How the names of files begin that embedded images are decoded from
 Json = Mapping[str, Any]
@@ -531,9 +532,9 @@ class Textures:
         """Return a texture as it lies on a surface, whose coordinates have been turned."""
         sampler = self.item("textures", use["index"]).get("sampler")
         sampler = {} if sampler is None else self.item("samplers", sampler)
-        wraps = sampler.get("wrapS"), sampler.get("wrapT")
-        if wraps.count(CLAMP) == 1:
-            lose("textures that are clamped in one direction")
+        wraps = [sampler.get(key, REPEAT) for key in ("wrapS", "wrapT")]
+        if unknown := {*map(shown, wraps)} - {*map(str, (CLAMP, MIRROR, REPEAT))}:
+            lose(f"wrap mode {listed(sorted(unknown))}, which is read as repeat,")
         own = Placement.of(use)
         if own != placement and (
             own.coordinates != placement.coordinates or own.rotation or placement.rotation
@@ -542,7 +543,11 @@ class Textures:
         if not placement.rotation:
             (s, _, u), (_, t, v) = replace(own, rotation=0.0).matrix.tolist()
             texture = replace(texture, scale=(s, t), offset=(u, v))
-        texture = replace(texture, clamp=wraps.count(CLAMP) == 2)
+        clamp, is_nearest = (
+            (wraps[0] == CLAMP, wraps[1] == CLAMP),
+            sampler.get("magFilter") == NEAREST,
+        )
+        texture = replace(texture, clamp=clamp, nearest=is_nearest)
         return texture.mirrored(wraps[0] == MIRROR, wraps[1] == MIRROR)
 
 

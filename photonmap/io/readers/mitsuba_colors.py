@@ -231,17 +231,17 @@ def changed(paint: Paint, function: Callable[..., Any]) -> Paint:
         return combined(function, paint)
     linear = paint.image.linear(slice(None), slice(None)) * np.array(paint.factor, np.float32)
     texels = function(linear).astype(np.float32)
-    return replace(Texture.of(texels), scale=paint.scale, offset=paint.offset, clamp=paint.clamp)
+    return replace(paint, image=Texture.of(texels).image, factor=(1.0, 1.0, 1.0))
 
 
 def _bitmap(node: Node) -> Paint:
     """Return an image; grey if it is missing and that is allowed."""
     raw = node.flag("raw", False)
-    if (filtered := node.text("filter_type", "bilinear")) == "nearest":
-        node.lose(f"filter {shown(filtered)}")
-    wrap = node.text("wrap_mode", "repeat")
-    if wrap not in ("repeat", "clamp"):
-        node.lose(f"wrap mode {shown(wrap)}")
+    is_nearest = node.text("filter_type", "bilinear") == "nearest"
+    both = node.text("wrap_mode", "repeat")
+    wraps = [node.text(f"wrap_mode_{axis}", both) for axis in "uv"]  # as 0.x has them
+    if unknown := [wrap for wrap in wraps if wrap not in ("repeat", "mirror", "clamp")]:
+        node.lose(f"wrap mode {shown(unknown[0])}")
     name = node.text("filename")
     try:
         image = shared_image(node.file(), raw)
@@ -252,7 +252,9 @@ def _bitmap(node: Node) -> Paint:
         return GREY
     placed = _placement(node)
     node.lose_unread()
-    return Texture(image, clamp=wrap == "clamp", **placed)
+    clamp = wraps[0] == "clamp", wraps[1] == "clamp"
+    texture = Texture(image, clamp=clamp, nearest=is_nearest, **placed)
+    return texture.mirrored(wraps[0] == "mirror", wraps[1] == "mirror")
 
 
 def _checkerboard(node: Node, kind: Kind) -> Texture:

@@ -21,7 +21,7 @@ from photonmap.scene.textures import Texture, check_texture, shared_image
 from photonmap.spectra.curves import LARGEST_REFLECTANCE
 from photonmap.spectra.fluorophores import read_fluorophores
 
-_PLACED = ("scale", "offset", "clamp")
+_PLACED = ("scale", "offset", "clamp", "nearest")
 _NUMBERS = ("roughness", "metallic fraction", "concentration")  # Of which images are linear
 
 
@@ -167,7 +167,13 @@ def _flag(table: dict[str, Any], key: str, default: bool) -> bool:
 
 def _placement(table: dict[str, Any]) -> dict[str, Any]:
     scale, offset = _numbers(table, "scale", [1, 1]), _numbers(table, "offset", [0, 0])
-    return {"scale": tuple(scale), "offset": tuple(offset), "clamp": _flag(table, "clamp", False)}
+    clamp, nearest = table.get("clamp", False), _flag(table, "nearest", False)
+    if isinstance(clamp, list) and [type(each) for each in clamp] == [bool, bool]:
+        clamp = tuple(clamp)
+    elif not isinstance(clamp, bool):
+        wanted = "write true or false, or a list of one for u and one for v"
+        raise InputError(f"clamp {shown(clamp)}; {wanted}")
+    return {"scale": tuple(scale), "offset": tuple(offset), "clamp": clamp, "nearest": nearest}
 
 
 def _numbers(table: dict[str, Any], key: str, default: list[int]) -> list[float]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError, warn
 from photonmap.io.png import encode_png
 from photonmap.io.readers.decoding import plain
-from photonmap.io.readers.gltf_materials import CLAMP, METALLIC_TEXTURE
+from photonmap.io.readers.gltf_materials import CLAMP, METALLIC_TEXTURE, NEAREST, REPEAT
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import listed
 from photonmap.scene.images import Image, encode_srgb
@@ -128,6 +128,7 @@ def pack_glb(tree: Json, data: bytes) -> bytes:
 
 
 _ROUNDED = "textures of floating-point numbers are rounded to 16 bits in sRGB"
+_NUMBERS_ROUNDED = "textures of opacity, roughness, normals and the like are rounded to 16 bits"
 _SPECTRA = "the spectra of textures become their colours under D65"
 _OPACITY_APART = "opacities that lie otherwise than the colour become their mean"
 _RESIZED = "textures are enlarged to the size of another one in the same image"
@@ -141,7 +142,7 @@ class TextureWriter:
 
     draft: Draft  # the file
     _images: dict[Any, tuple[int, Triple]] = field(default_factory=dict)
-    _textures: dict[tuple[int, bool], int] = field(default_factory=dict)
+    _textures: dict[Any, int] = field(default_factory=dict)
     _kept: list[Image] = field(default_factory=list)
 
     def color(self, texture: Texture, owner: str, most: float = 1.0) -> tuple[Json, Triple]:
@@ -160,18 +161,19 @@ class TextureWriter:
         """
         if color is None:
             color = replace(mask, image=_WHITE, factor=(1.0, 1.0, 1.0))
-        elif _placement(color) != _placement(mask):
+        elif not lie_alike(color, mask):
             self.draft.note(_OPACITY_APART, owner)
             return *self.color(color, owner), mean_number(mask)
         image, factor = self._image(color, mask, owner)
         return self._use(image, color), factor, 1.0
 
-    def data(self, texture: Texture) -> Json:
+    def data(self, texture: Texture, owner: str) -> Json:
         """Add a texture of numbers in linear RGB, in 8 bits if they hold it, or else in 16."""
         values = texture.image.linear(*_WHOLE).astype(np.float64)
         texels: NDArray[Any] = np.rint(255.0 * values).astype(np.uint8)
         if not np.allclose(texels / 255.0, values, rtol=0.0, atol=1e-6):
             texels = np.rint(65535.0 * values).astype(np.uint16)
+            self._note_rounding(values, owner)
         item = {"bufferView": self.draft.add_view(encode_png(texels)), "mimeType": "image/png"}
         return self._use(self.draft.add("images", item), texture)
 
@@ -213,14 +215,22 @@ class TextureWriter:
             return np.dstack([texels, levels.astype(np.uint8)])
         if texels.dtype == np.uint8:
             texels = 257 * texels.astype(np.uint16)
+        self._note_rounding(alpha, owner)
         return np.dstack([texels, np.rint(65535.0 * alpha).astype(np.uint16)])
 
+    def _note_rounding(self, values: NDArray[Any], owner: str) -> None:
+        """Note numbers, which are not encoded in sRGB, that 16 bits cannot hold."""
+        if not np.allclose(np.rint(65535.0 * values) / 65535.0, values, rtol=0.0, atol=1e-7):
+            self.draft.note(_NUMBERS_ROUNDED, owner)
+
     def _use(self, image: int, texture: Texture) -> Json:
-        key = image, texture.clamp
+        key = image, texture.clamp, texture.nearest
         if key not in self._textures:
             item: Json = {"source": image}
-            if texture.clamp:
-                sampler = {"wrapS": CLAMP, "wrapT": CLAMP}
+            if texture.clamp or texture.nearest:
+                wraps = (CLAMP if clamp else REPEAT for clamp in texture.clamps)
+                sampler = dict(zip(("wrapS", "wrapT"), wraps, strict=True))
+                sampler |= {"magFilter": NEAREST, "minFilter": NEAREST} if texture.nearest else {}
                 item["sampler"] = self.draft.add("samplers", sampler)
             self._textures[key] = self.draft.add("textures", item)
         use: Json = {"index": self._textures[key]}
@@ -229,10 +239,6 @@ class TextureWriter:
             transform = {"scale": [s, t], "offset": [u, 1.0 - t - v]}
             use["extensions"] = self.draft.use("KHR_texture_transform", transform)
         return use
-
-
-def _placement(texture: Texture) -> tuple[Any, ...]:
-    return texture.scale, texture.offset, texture.clamp
 
 
 def _rgb(texels: NDArray[Any]) -> NDArray[Any]:
@@ -309,7 +315,9 @@ class MaterialWriter:
 
     def normal_map(self, relief: NormalMap) -> Json:
         """Return the JSON that names a map of normals."""
-        return self.textures.data(_multiplied(relief.texture)) | {"scale": relief.strength}
+        return self.textures.data(_multiplied(relief.texture), self.name) | {
+            "scale": relief.strength
+        }
 
     def glass(self) -> Json:
         """Return the JSON of glass; where only a part is glass, its colour is that of the rest."""
@@ -344,7 +352,7 @@ class MaterialWriter:
         """
         if not isinstance(value, Texture):
             return {factor: value}
-        return {factor: 1.0, use: self.textures.data(_multiplied(value))}
+        return {factor: 1.0, use: self.textures.data(_multiplied(value), self.name)}
 
     def base_color(
         self, texture: Texture | None, factor: list[float], rest: float = 1.0
@@ -381,7 +389,7 @@ class MaterialWriter:
                 painted = textured.color
         surface: Json = {"metallicFactor": metallic, "roughnessFactor": roughness}
         if textured is not None:
-            surface[METALLIC_TEXTURE] = self.textures.data(textured.data)
+            surface[METALLIC_TEXTURE] = self.textures.data(textured.data, self.name)
         if metallic != 1.0 or textured is not None:
             self.add_coat(coat)
         self.add_stretch()
@@ -404,7 +412,9 @@ class MaterialWriter:
             "anisotropyRotation": 2.0 * np.pi * material.anisotropy_rotation,
         }
         if material.anisotropy_map is not None:
-            stretch["anisotropyTexture"] = self.textures.data(material.anisotropy_map.texture)
+            stretch["anisotropyTexture"] = self.textures.data(
+                material.anisotropy_map.texture, self.name
+            )
         self.use("anisotropy", stretch)
 
     def add_covers(self) -> None:

@@ -195,11 +195,14 @@ class Assets:
             texels = (linear * np.array(texture.factor)).astype(np.float32)
             if opacity:
                 texels = np.repeat((texels @ _LUMINANCE)[..., None], 3, axis=2)
+            if texture.nearest or isinstance(texture.clamp, tuple):
+                warn(f"{label} is written as a texture that is interpolated, and clamped in both "
+                     "directions or none, as MTL has it")  # fmt: skip
             path = self._path(label, ".exr")
             write_image(texels, path)
             self._known[key] = self._name(path)
         (u, v), (du, dv) = texture.scale, texture.offset
-        clamp = "-clamp on " if texture.clamp else ""
+        clamp = "-clamp on " if texture.clamp is True else ""
         return f"-s {u!r} {v!r} 1 -o {du!r} {dv!r} 0 {clamp}{self._known[key]}"
 
     def file(self, parameter: File, value: Any, label: str) -> str:

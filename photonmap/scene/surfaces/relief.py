@@ -89,7 +89,9 @@ class BumpMap:
         linear = texture.image.linear(slice(None), slice(None)) * np.array(texture.factor)
         heights = linear @ np.array(LUMINANCE)
         rows, columns = heights.shape
-        padded = np.pad(heights, 1, mode="edge" if texture.clamp else "wrap")
+        along, up = ("edge" if clamp else "wrap" for clamp in texture.clamps)
+        padded = np.pad(heights, ((1, 1), (0, 0)), mode=up)  # type: ignore[call-overload]
+        padded = np.pad(padded, ((0, 0), (1, 1)), mode=along)  # type: ignore[call-overload]
         by_s = (padded[1:-1, 2:] - padded[1:-1, :-2]) * (0.5 * columns * texture.scale[0])
         by_t = (padded[:-2, 1:-1] - padded[2:, 1:-1]) * (0.5 * rows * texture.scale[1])
         slopes = np.stack([by_s, by_t, np.zeros_like(by_s)], axis=2).astype(np.float32)

@@ -109,6 +109,27 @@ def test_further_coordinates(read, build, png, transform):
     np.testing.assert_allclose(mesh.uv, np.c_[second[:, 0], 1.0 - second[:, 1]])
 
 
+@pytest.mark.parametrize(
+    ("sampler", "clamp", "nearest"),
+    [
+        ({"wrapS": 33071}, (True, False), False),
+        ({"wrapT": 33071, "wrapS": 10497, "minFilter": 9728}, (False, True), False),
+        ({"wrapT": 33071, "wrapS": 33648, "magFilter": 9728}, (False, True), True),
+        ({"magFilter": 9728, "minFilter": 9987}, False, True),
+        ({"magFilter": 9729, "minFilter": 9728}, False, False),
+    ],
+)
+def test_samplers(read, build, png, sampler, clamp, nearest):
+    """A wrap mode for each direction; what is magnified is blurred or not."""
+    textured(build, {})
+    embed(build, png)
+    build.tree["textures"][0]["sampler"] = 0
+    build.tree["samplers"] = [sampler]
+    (mesh,) = read("a.glb", build.glb())
+    texture = mesh.material.reflectance
+    assert (texture.clamp, texture.nearest) == (clamp, nearest)
+
+
 @pytest.mark.parametrize("mirror", [(33648, 10497), (10497, 33648), (33648, 33648)])
 def test_textures_may_be_mirrored(read, build, png, mirror):
     textured(build, {})
@@ -219,7 +240,7 @@ def test_emission_textures_light_the_scene(read, build, png):
 @pytest.mark.parametrize(
     ("change", "named"),
     [
-        ({"samplers": [{"wrapS": 33071}]}, "clamped in one direction of 'a'"),
+        ({"samplers": [{"wrapS": 33069}]}, "wrap mode '33069', which is read as repeat, of 'a'"),
         ({"texCoord": 1}, "texture coordinates of a further texture of 'a'"),
         ({"extensions": {"KHR_texture_transform": {"rotation": 1.0}}}, "coordinates of a further"),
     ],

@@ -227,6 +227,17 @@ def test_textures_return(tmp_path):
     assert [material.get("alphaMode") for material in tree["materials"]][1:4] == ["BLEND"] * 3
 
 
+@pytest.mark.parametrize("clamp", [False, True, (True, False), (False, True)])
+@pytest.mark.parametrize("nearest", [False, True])
+def test_how_textures_are_looked_up_returns(tmp_path, clamp, nearest):
+    wood = pm.Texture.of(np.eye(4, dtype=np.uint8)[..., None] * 200, clamp=clamp, nearest=nearest)
+    cut = replace(wood, clamp=False, nearest=not nearest)
+    again = saved(pm.Scene(panels(pm.Material("a", wood), pm.Material("b", cut))), tmp_path)
+    for wanted, mesh in zip((wood, cut), again.meshes, strict=True):
+        found = mesh.material.reflectance
+        assert (found.clamp, found.nearest) == (wanted.clamp, wanted.nearest)
+
+
 def json_of(path):
     data = path.read_bytes()
     (size,) = struct.unpack_from("<I", data, 12)
@@ -244,6 +255,8 @@ def test_what_is_rounded_is_said(tmp_path):
         pm.Material("small", wood, alpha=small),
         pm.Material("turned", wood, alpha=turned),
         pm.Material("pane", 0.0, ior=1.5, alpha=small),
+        pm.Material("veil", wood, alpha=pm.Texture.of(np.full((4, 4), 0.3) + np.eye(4) / 3)),
+        pm.Material("exact", wood, alpha=pm.Texture.of(np.eye(4) * 12345 / 65535)),
     ]
     with pytest.warns(SceneWarning) as record:
         again = saved(pm.Scene(panels(*materials)), tmp_path)
@@ -253,8 +266,10 @@ def test_what_is_rounded_is_said(tmp_path):
         "textures are enlarged to the size of another one in the same image, in 1 material: "
         "'small'",
         "opacities that lie otherwise than the colour become their mean, in 1 material: 'turned'",
+        "textures of opacity, roughness, normals and the like are rounded to 16 bits, in 1 "
+        "material: 'veil'",
     ]
-    screen, enlarged, mean, pane = (mesh.material for mesh in again.meshes)
+    screen, enlarged, mean, pane, *_ = (mesh.material for mesh in again.meshes)
     texels = screen.emission.image.texels * np.array(screen.emission.factor)
     np.testing.assert_allclose(texels, floats.image.texels, rtol=1e-3, atol=2e-3)
     np.testing.assert_array_equal(

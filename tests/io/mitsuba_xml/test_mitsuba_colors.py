@@ -125,7 +125,12 @@ def test_bitmaps(reflectance, png):
     assert texel_at(texture, 0.1, 0.9) == texel_at(texture, 0.9, 0.1) == [0.0, 0.0, 0.0]
     assert not texture.clamp
     clamped = TEXTURE.format('<string name="wrap_mode" value="clamp"/>')
-    assert reflectance(clamped, files={"a.png": png}).clamp
+    assert reflectance(clamped, files={"a.png": png}).clamp is True
+    both = '<string name="wrap_mode_v" value="clamp"/><string name="wrap_mode" value="mirror"/>'
+    filtered = '<string name="filter_type" value="nearest"/>'
+    texture = reflectance(TEXTURE.format(both + filtered), files={"a.png": png})
+    assert (texture.clamp, texture.nearest) == ((False, True), True)
+    assert texture.image.texels.shape[:2] == (2, 8)
 
 
 @pytest.mark.parametrize(
@@ -157,9 +162,9 @@ def test_raw_bitmaps_are_linear(reflectance, png):
 
 
 def test_what_is_not_simulated_of_bitmaps(reflectance, png):
-    more = """<string name="wrap_mode" value="mirror"/><string name="filter_type" value="nearest"/>
+    more = """<string name="wrap_mode" value="zero"/>
 <transform name="to_uv"><rotate z="1" angle="30"/></transform>"""
-    message = r"filter 'nearest' of .*; wrap mode 'mirror' of .*; rotation of textures of"
+    message = r"wrap mode 'zero' of .*; rotation of textures of"
     with pytest.warns(SceneWarning, match=message):
         reflectance(TEXTURE.format(more), files={"a.png": png})
 

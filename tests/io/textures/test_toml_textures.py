@@ -17,11 +17,16 @@ def test_textures(wall):
     )
     reflectance, glossy, roughness = material.reflectance, material.glossy, material.roughness
     assert (reflectance.scale, reflectance.offset) == ((2.0, 2.0), (0.5, 0.0))
-    assert (reflectance.clamp, glossy.clamp) == (True, False)
+    assert (reflectance.clamp, glossy.clamp, glossy.nearest) == (True, False, False)
     assert [t.image.srgb for t in (reflectance, glossy, roughness)] == [True, False, False]
     assert glossy.factor == (1.0, 0.5, 0.25)
     assert roughness.factor == (0.5, 0.5, 0.5)
     np.testing.assert_array_equal(reflectance.image.texels, [[[51, 102, 153], [204, 102, 0]]])
+
+
+def test_a_clamp_for_each_direction_and_no_interpolation(wall):
+    texture = wall('reflectance = { file = "a.png", clamp = [true, false], nearest = true }')
+    assert (texture.reflectance.clamp, texture.reflectance.nearest) == ((True, False), True)
 
 
 def test_what_has_a_spectrum_in_every_texel_is_no_metal_in_part(wall, tmp_path):
@@ -49,7 +54,8 @@ def test_relief(wall):
         ('glossy = { file = "b.png" }', r"glossy: .*b.png: cannot be read"),
         ('glossy = { file = "a.png", size = 2 }', r"key 'size' is not known; did you mean"),
         ('glossy = { file = "a.png", scale = [1, 2, 3] }', r"scale .*; write 2 numbers, or one"),
-        ('glossy = { file = "a.png", clamp = 1 }', r"clamp 1; write true or false"),
+        ('glossy = { file = "a.png", clamp = 1 }', r"clamp 1; write true or false, or a list of"),
+        ('glossy = { file = "a.png", clamp = [true] }', r"clamp \[True\]; write true or false"),
         ('glossy = { file = "a.png", factor = 3 }', r"the texture reaches 1.8"),
         ('mirror = { file = "a.png" }', r"is not a colour"),
         ('relief = { file = "a.png" }', r"relief: has no type; add one of"),
