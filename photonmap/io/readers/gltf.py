@@ -42,11 +42,14 @@ _BLENDER = "Khronos glTF Blender I/O"  # How the generator's name begins
 _DIM = (
     "the brightness of emission beside lights in candela and lux, which Blender multiplies by 683,"
 )
+_VISIBILITY, _VARIANTS = "KHR_node_visibility", "KHR_materials_variants"
 _HARMLESS = re.compile(
     "KHR_materials_|KHR_texture_|EXT_texture_|MSFT_texture_|KHR_lights_punctual$"
-    "|KHR_mesh_quantization$|KHR_xmp"
+    f"|KHR_mesh_quantization$|KHR_xmp|{gltf_document.COPIES}$|{_VISIBILITY}$"
 )
-"""glTF extensions that a file may require: geometry is the same without them."""
+"""glTF extensions that a file may require: they are read, or geometry is the same without them."""
+_NAMED = re.compile(".*_compression$|KHR_animation_pointer$")
+"""Further ones that need no warning: animations are named, and the file has data for others too"""
 _IMAGES_OF_DIRECTIONS = {
     "relief": "normalTexture",
     "coat_relief": "clearcoatNormalTexture",
@@ -82,6 +85,27 @@ class Gltf(gltf_document.Document):
     def _all_placed(self) -> dict[int, Floats]:
         """All nodes and their matrices: bones may stand beside the scene."""
         return gltf_document.place_nodes(self, _tops(self))
+
+    @cached_property
+    def hidden(self) -> set[int]:
+        """The nodes that show nothing, by themselves or by one above them; cameras they may be."""
+        hidden: set[int] = set()
+        below = [index for index in self.placed if not self._is_visible(index)]
+        while below:
+            index = below.pop()
+            if index not in hidden:
+                hidden.add(index)
+                below += self.item("nodes", index).get("children", ())
+        return hidden
+
+    def _is_visible(self, index: int) -> bool:
+        """Return what KHR_node_visibility says of a node itself."""
+        content = self.item("nodes", index).get("extensions", {}).get(_VISIBILITY) or {}
+        visible = content.get("visible", True)
+        if type(visible) is not bool or {*content} - {"visible", "extras"}:
+            problem = f"node {index}: {_VISIBILITY} {shown(content)}"
+            raise self.error(f'{problem} is not understood; write {{"visible": false}} or true')
+        return visible
 
     def matrix(self, index: int) -> Floats:
         """Return the matrix of any node, from its coordinates to the scene's."""
@@ -136,7 +160,7 @@ class Gltf(gltf_document.Document):
         lights = []
         for index, node in self._nodes():
             light = (node.get("extensions", {}).get(_LIGHTS) or {}).get("light")
-            if light is None:
+            if light is None or index in self.hidden:
                 continue
             if type(light) is not int or not 0 <= light < len(known):
                 problem = f"names light {shown(light)}, but has {len(known)}; export it again"
@@ -179,9 +203,11 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: decoding.Loss
 
 def _check_gltf(gltf: Gltf) -> None:
     """Refuse other versions, unsupported requirements, and nodes that do not form a forest."""
-    version = str(gltf.tree.get("asset", {}).get("version", ""))
-    if not version.startswith("2."):
-        raise gltf.error(f"is glTF {shown(version)}; export it as glTF 2.0")
+    asset = gltf.tree.get("asset", {})
+    version, least = str(asset.get("version", "")), str(asset.get("minVersion", "2.0"))
+    if not version.startswith("2.") or least != "2.0":
+        needed = version if least == "2.0" else least
+        raise gltf.error(f"is glTF {shown(needed)}; export it as glTF 2.0")
     required = gltf.tree.get("extensionsRequired", [])
     if unknown := [name for name in required if not _HARMLESS.match(name)]:
         raise gltf.error(f"needs {listed(unknown)}, which is not supported; export it without")
@@ -226,18 +252,27 @@ def _instances(gltf: Gltf) -> Iterator[Mesh]:
     names: set[str] = set()
     for index, matrix in gltf.placed.items():
         node = gltf.item("nodes", index)
-        if "mesh" not in node:
+        if "mesh" not in node or index in gltf.hidden:
             continue
         mesh = gltf.item("meshes", node["mesh"])
         wanted = node.get("name") or mesh.get("name") or "node"
         name = decoding.unused_name(str(wanted), index, names)
+        places = gltf_document.find_copies(gltf, node)
         pose = gltf_document.find_pose(gltf, node, gltf.matrix)
+        if places is not None and pose.bones is not None:
+            decoding.note_loss(gltf.losses, f"{gltf_document.COPIES} beside a skin", name)
+            places = None
         for part, primitive in gltf.parts(node["mesh"]):
-            part, is_placed = gltf_document.strike_pose(gltf, part, primitive, pose)
+            lose = partial(decoding.note_loss, gltf.losses, owner=name)
+            part, is_placed = gltf_document.strike_pose(gltf, part, primitive, pose, lose)
             part, material = _paint(gltf, part, primitive.get("material"))
             _note_backs(gltf, part, primitive.get("material"), material)
-            placed = part if is_placed else meshes.move(part, matrix)
-            yield meshes.build_mesh(gltf.path, placed, material, name)
+            if places is None:
+                placed = part if is_placed else meshes.move(part, matrix)
+                yield meshes.build_mesh(gltf.path, placed, material, name)
+            for number, place in enumerate(places or ()):
+                placed = meshes.move(part, matrix @ place)
+                yield meshes.build_mesh(gltf.path, placed, material, f"{name}_{number}")
 
 
 def _note_backs(gltf: Gltf, part: meshes.Part, index: int | None, material: Material) -> None:
@@ -285,8 +320,13 @@ def _note_gltf(gltf: Gltf) -> None:
         decoding.note_loss(gltf.losses, "animations")
     for node in gltf.tree.get("nodes", []):
         for name in node.get("extensions", ()):
-            if name != _LIGHTS:
+            if name not in (_LIGHTS, gltf_document.COPIES, _VISIBILITY):
                 decoding.note_loss(gltf.losses, name)
+    holders = [gltf.tree, *gltf.tree.get("scenes", [])]
+    others = {name: None for each in holders for name in each.get("extensions", ())}
+    for name in [*others, *gltf.tree.get("extensionsUsed", [])]:
+        if name == _VARIANTS or not (_HARMLESS.match(name) or _NAMED.match(name)):
+            decoding.note_loss(gltf.losses, name)
     for mesh in gltf.tree.get("meshes", []):
         for primitive in mesh["primitives"]:
             if primitive.get("mode", gltf_document.TRIANGLES) not in gltf_document.MODES:

@@ -19,7 +19,7 @@ from photonmap.io.readers.gltf_materials import Json, Placement
 from photonmap.io.readers.meshes import Part, unit_rows
 from photonmap.io.readers.registry import extended
 from photonmap.runtime.files import named_file
-from photonmap.runtime.wording import shown
+from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes
 
@@ -249,6 +249,25 @@ def _matrix(node: Json) -> Floats:
     return matrix
 
 
+COPIES = "EXT_mesh_gpu_instancing"
+
+
+def find_copies(document: Document, node: Json) -> list[Floats] | None:
+    """Return matrices, 4×4, from copies of a node's mesh to its own coordinates; None without."""
+    content = node.get("extensions", {}).get(COPIES)
+    if content is None:
+        return None
+    attributes = content.get("attributes", {})
+    rows = {name.lower(): document.rows(index) for name, index in attributes.items()}
+    counts = {len(values) for values in rows.values()}
+    if len(counts) != 1:
+        found = f"attributes of {' and '.join(map(str, sorted(counts)))} rows" if counts else "none"
+        problem = f"node {shown(node.get('name', ''))}: {COPIES} needs attributes of one count"
+        raise document.error(f"{problem}, and has {found}; export it again")
+    (count,) = counts
+    return [_matrix({name: values[row] for name, values in rows.items()}) for row in range(count)]
+
+
 def _rotation(quaternion: Any) -> Floats:
     """Return the rotation, 3×3, of a quaternion (x, y, z, w) of any length; 0 does not turn."""
     x, y, z, w = np.array(quaternion, np.float64)
@@ -287,9 +306,11 @@ def find_pose(document: Document, node: Json, place: Place) -> Pose:
     return Pose(weights, bones)
 
 
-def strike_pose(document: Document, part: Part, primitive: Json, pose: Pose) -> tuple[Part, bool]:
+def strike_pose(
+    document: Document, part: Part, primitive: Json, pose: Pose, lose: Note
+) -> tuple[Part, bool]:
     """Return a primitive in a pose, and whether it is in the scene's coordinates."""
-    part = _morphed(document, part, primitive, pose.weights)
+    part = _morphed(document, part, primitive, pose.weights, lose)
     attributes = primitive["attributes"]
     if pose.bones is None or "JOINTS_0" not in attributes:
         return part, False
@@ -314,15 +335,24 @@ def strike_pose(document: Document, part: Part, primitive: Json, pose: Pose) -> 
     if tangents is not None:
         along = np.einsum("vij,vj->vi", linear, tangents[:, :3])
         tangents = np.column_stack([along, tangents[:, 3]])
-    return replace(part, vertices=vertices, normals=normals, tangents=tangents), True
+    faces = part.faces
+    if len(linear) and np.linalg.det(linear).mean() < 0.0:  # bones that mirror: sides stay outside
+        faces, normals = faces[:, ::-1], None if normals is None else -normals
+        tangents = None if tangents is None else tangents * [1.0, 1.0, 1.0, -1.0]
+    posed = replace(part, vertices=vertices, faces=faces, normals=normals, tangents=tangents)
+    return posed, True
 
 
-def _morphed(document: Document, part: Part, primitive: Json, weights: Sequence[float]) -> Part:
+def _morphed(
+    document: Document, part: Part, primitive: Json, weights: Sequence[float], lose: Note
+) -> Part:
     """Add what morph targets add, times their weights."""
     moved: dict[str, Any] = {
         "POSITION": part.vertices, "NORMAL": part.normals, "TANGENT": part.tangents
     }  # fmt: skip
     for target, weight in zip(primitive.get("targets", ()), weights, strict=False):
+        if weight != 0.0 and (others := [name for name in target if name not in moved]):
+            lose(f"morphing of {listed(sorted(others))}")
         for name, rows in moved.items():
             if weight != 0.0 and name in target and rows is not None:
                 along = rows[:, :3] + weight * document.rows(target[name])

@@ -37,6 +37,11 @@ from photonmap.spectra.tables import read_bytes
 
 SUFFIXES = (".xml",)
 
+_COMPLETE = (
+    "path", "volpath", "volpathmis", "ptracer", "prb", "prb_basic", "prbvolpath",
+    "bdpt", "photonmapper", "ppm", "sppm", "pssmlt", "mlt", "erpt",
+)  # fmt: skip
+"""Integrators that simulate all light"""
 _NARROW = 2.0  # Width, degrees, of an edge so narrow that its falloff does not matter
 _AROUND = ("constant", "envmap")
 _PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC = "perspective", "thinlens", "orthographic"
@@ -60,7 +65,19 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Sc
     shapes = [mesh for shape in scene.parts("shape") for mesh in read_shapes(shape)]
     shining = read_emitters(scene.parts("emitter"))
     cameras = [read_sensor(sensor) for sensor in scene.parts("sensor")]
+    for integrator in scene.parts("integrator"):
+        _note_integrator(integrator)
     return Scene(shapes, shining, name=path.stem, cameras=cameras)
+
+
+def _note_integrator(node: Node) -> None:
+    """Note what an integrator leaves out of the picture: photonmap simulates all light."""
+    if node.type not in _COMPLETE:
+        node.lose(f"integrator {shown(node.type)}")
+    if node.number("max_depth", -1.0) >= 0.0:
+        node.lose("an end of paths (max_depth)")
+    if node.flag("hide_emitters", False):
+        node.lose("hidden emitters (hide_emitters)")
 
 
 def read_emitters(nodes: Iterable[Node]) -> list[lights.Light]:

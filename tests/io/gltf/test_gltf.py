@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 import trimesh
-from helpers.meshes import TRIANGLE, areas, volume
+from helpers.meshes import TRIANGLE, GltfBuilder, areas, volume
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from photonmap.errors import InputError, SceneWarning
+from photonmap.io.readers.gltf_document import COPIES
+from photonmap.io.readers.registry import read_file
 
 pytestmark = pytest.mark.usefixtures("silence")
 
@@ -45,6 +50,72 @@ def test_normals_turn_with_their_surface(read, build, kind):
         smooth = mesh.normals[mesh.faces].mean(1)
         assert np.einsum("fi,fi->f", flat, smooth).min() > 0.95
         assert volume(mesh) == pytest.approx(6 * ball.volume, rel=1e-5)
+
+
+NUMBERS = st.floats(-2.0, 2.0, width=32).filter(lambda number: abs(number) > 0.2)
+
+
+@settings(
+    max_examples=40, deadline=None, derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+@given(
+    st.lists(st.lists(NUMBERS, min_size=10, max_size=10), min_size=1, max_size=4),
+    st.sets(st.sampled_from(["TRANSLATION", "ROTATION", "SCALE", "_ID"]), min_size=1),
+    st.lists(NUMBERS, min_size=10, max_size=10),
+    st.sampled_from([None, np.int8, np.int16]),
+)
+def test_copies_of_instancing(tmp_path, copies, names, outer, kind):
+    """World = node · T · R · S, as the extension says; outsides stay outside; no mesh without."""
+    build, box = GltfBuilder(), trimesh.creation.box([1, 2, 3])
+    rows = np.array(copies)
+    columns = {"TRANSLATION": rows[:, :3], "SCALE": rows[:, 3:6], "_ID": np.arange(len(rows)) / 4}
+    columns["ROTATION"] = rows[:, 6:] / np.linalg.norm(rows[:, 6:], axis=1, keepdims=True)
+    if kind is not None:
+        columns["ROTATION"] = np.rint(columns["ROTATION"] * np.iinfo(kind).max).astype(kind)
+    more = {"normalized": True} if kind is not None else {}
+    used = {
+        name: build.add(columns[name], **(more if name == "ROTATION" else {})) for name in names
+    }
+    build.primitive(POSITION=box.vertices, indices=box.faces.ravel())
+    quaternion = np.array(outer[6:]) / np.linalg.norm(outer[6:])
+    build.tree["nodes"] = [
+        {"name": "grass", "mesh": 0, "extensions": {COPIES: {"attributes": used}},
+         "translation": outer[:3], "scale": outer[3:6], "rotation": quaternion.tolist()},
+    ]  # fmt: skip
+    build.tree |= {"extensionsRequired": [COPIES], "extensionsUsed": [COPIES]}
+    (tmp_path / "a.glb").write_bytes(build.glb())
+    meshes = read_file(tmp_path / "a.glb").meshes
+    assert [mesh.name for mesh in meshes] == [f"grass_{number}" for number in range(len(rows))]
+
+    def placed(points, name_of, row):
+        points = points * (row[3:6] if "SCALE" in name_of else 1.0)
+        if "ROTATION" in name_of:
+            points = Rotation.from_quat(row[6:]).apply(points)
+        return points + (row[:3] if "TRANSLATION" in name_of else 0.0)
+
+    everything = ("TRANSLATION", "ROTATION", "SCALE")
+    for mesh, row in zip(meshes, rows, strict=True):
+        wanted = placed(placed(box.vertices, names, row), everything, np.array(outer))
+        np.testing.assert_allclose(mesh.vertices, wanted, atol=0.3 if kind is np.int8 else 1e-3)
+        assert volume(mesh) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("attributes", "message"),
+    [
+        ({}, "node 'part': EXT_mesh_gpu_instancing needs attributes of one count, and has none"),
+        ({"SCALE": 0, "TRANSLATION": 1}, "of one count, and has attributes of 2 and 3 rows"),
+        ({"TRANSLATION": 7}, "names accessors 7, but has"),
+    ],
+)
+def test_copies_that_are_refused(read, build, attributes, message):
+    build.add(np.ones((2, 3)))
+    build.add(np.ones((3, 3)))
+    build.primitive()
+    build.tree["nodes"][0]["extensions"] = {COPIES: {"attributes": attributes}}
+    with pytest.raises(InputError, match=message):
+        read("a.glb", build.glb())
 
 
 def test_flattened_node(read, build):
@@ -148,11 +219,14 @@ def test_what_is_not_simulated_is_named_once(read, build):
     build.tree["materials"] = [{"name": "glass", "extensions": {"KHR_x": {}}}]
     build.tree |= {"animations": [{}], "images": [{"uri": "none.png"}]}
     build.tree["nodes"][0]["extensions"] = {"EXT_x": {}}
+    build.tree["scenes"][0]["extensions"] = {"EXT_lights_image_based": {"light": 0}}
+    build.tree["extensionsUsed"] = ["EXT_x", "KHR_x", "KHR_materials_ior", "KHR_materials_variants"]
     with pytest.warns(SceneWarning) as record:
         assert len(read("a.glb", build.glb())) == 2
     (warning,) = record
     assert str(warning.message).endswith(
-        "a.glb: not simulated: animations; EXT_x; points and lines; KHR_x of 'glass'"
+        "a.glb: not simulated: animations; EXT_x; EXT_lights_image_based; KHR_x of 'glass'; "
+        "KHR_materials_variants; points and lines"
     )
 
 
@@ -173,6 +247,7 @@ def change(*way, **values):
     [
         (change("asset", version="1.0"), "is glTF '1.0'; export it as glTF 2.0"),
         (change(asset={}), "is glTF ''"),
+        (change("asset", minVersion="2.1"), "is glTF '2.1'; export it as glTF 2.0"),
         (change(asset=[]), "is damaged"),
         (change(extensionsRequired=["KHR_draco_mesh_compression"]), "needs 'KHR_draco.*without"),
         (change("accessors", 0, sparse={}), "is damaged"),

@@ -4,12 +4,13 @@ import base64
 
 import numpy as np
 import pytest
-from helpers.meshes import TRIANGLE
+from helpers.meshes import TRIANGLE, areas
 from scipy.spatial.transform import Rotation
 
 import photonmap as pm
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.png import encode_png
+from photonmap.io.readers.gltf_document import COPIES
 
 COLORS = np.array([[0.25, 0.5, 1], [0, 1, 0.125], [1, 0.75, 0]])
 MEAN = COLORS.mean(axis=0)
@@ -282,6 +283,17 @@ def test_skins_follow_their_bones(read, bend):
     np.testing.assert_allclose(mesh.normals, [[0, 1, 0], [-1, 0, 0], slanted], atol=1e-6)
 
 
+def test_bones_that_mirror_leave_the_outside_outside(read, bend):
+    """As nodes do; a skin is shown once, whatever instances its node asks for."""
+    bend.tree["nodes"][1]["scale"] = [1.0, 1.0, -1.0]
+    del bend.tree["nodes"][2]["rotation"]
+    bend.tree["nodes"][0]["extensions"] = {COPIES: {"attributes": {"TRANSLATION": 0}}}
+    with pytest.warns(SceneWarning, match=f"{COPIES} beside a skin of 'node'"):
+        (mesh,) = read("a.glb", bend.glb())
+    assert areas(mesh)[0, 2] < 0.0  # +z of the triangle is -z of the scene
+    np.testing.assert_allclose(mesh.normals[0], [0, 1, 0], atol=1e-6)
+
+
 def test_bones_beside_the_scene_count(read, bend):
     bend.tree["scenes"] = [{"nodes": [0]}]
     (mesh,) = read("a.glb", bend.glb())
@@ -318,6 +330,14 @@ def test_morph_targets_have_the_weights_of_the_node_or_the_mesh(read, build):
     one, other = read("a.glb", build.glb())
     np.testing.assert_allclose(one.vertices, TRIANGLE + [0, 0, 0.5])
     np.testing.assert_allclose(other.vertices, TRIANGLE + [2, 0, 0])
+
+
+def test_what_else_morph_targets_move_is_named(read, build):
+    along = build.add(np.tile([1.0, 0.0], (3, 1)))
+    build.primitive(TEXCOORD_0=np.ones((3, 2)), more={"targets": [{"TEXCOORD_0": along}]})
+    build.tree["meshes"][0]["weights"] = [0.5]
+    with pytest.warns(SceneWarning, match="morphing of 'TEXCOORD_0' of 'part'"):
+        read("a.glb", build.glb())
 
 
 def test_morph_targets_that_hold_only_what_moves(read, build):

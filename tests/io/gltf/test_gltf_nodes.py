@@ -141,6 +141,31 @@ def test_emission_of_blender_goes_with_unitless_lights(blender_scene, light):
     assert blender_scene(light).lights
 
 
+def test_hidden_nodes_show_nothing_but_keep_cameras(scene_of, build):
+    """KHR_node_visibility hides meshes and lights, with all below, whatever those say."""
+    hide, show = ({"KHR_node_visibility": {"visible": visible}} for visible in (False, True))
+    lens = {"type": "perspective", "perspective": {"yfov": 1.0}}
+    nodes = [
+        {"name": "top", "mesh": 0, "extensions": hide, "children": [2, 3]},
+        {"name": "eye", "camera": 0, "mesh": 0, "extensions": show},
+        {"name": "bulb", "extensions": {LIGHTS: {"light": 0}}},
+        {"name": "seen", "mesh": 0, "extensions": show},
+        {"name": "lamp", "extensions": {**show, LIGHTS: {"light": 0}}},
+        {"name": "dark", "extensions": {**hide, LIGHTS: {"light": 0}}},
+    ]
+    build.tree["extensionsRequired"] = ["KHR_node_visibility"]
+    scene = scene_of(nodes, [lens], [{"type": "point"}])
+    assert [mesh.name for mesh in scene.meshes] == ["part", "seen"]
+    assert [light.name for light in scene.lights] == ["lamp"]
+    assert [camera.name for camera in scene.every_camera] == ["eye"]
+
+
+@pytest.mark.parametrize("content", [{"visible": 0}, {"hidden": True}])
+def test_a_visibility_that_is_not_understood(scene_of, content):
+    with pytest.raises(InputError, match=r'a\.glb: node 1: KHR_node_v.*write {"visible": false}'):
+        scene_of([{"extensions": {"KHR_node_visibility": content}}])
+
+
 def test_lights_of_one_name_and_that_of_a_material(scene_of, build):
     build.tree["materials"] = [{"name": "lamp", "emissiveFactor": [1, 1, 1]}]
     build.primitive(more={"material": 0})

@@ -258,3 +258,14 @@ def test_what_is_not_simulated_of_cameras(camera_of):
 def test_values_that_are_not_valid(load, inside, message):
     with pytest.raises(InputError, match=f"scene.xml:1: .*{message}"):
         load(BALL + inside)
+
+
+def test_what_integrators_leave_out_is_named(load):
+    shape = '<shape type="sphere"/>'
+    load(f'{shape}<integrator type="path"><integer name="max_depth" value="-1"/></integrator>')
+    named = r"integrator 'direct' of .*; an end of paths \(max_depth\) of .*; hidden emitters"
+    with pytest.warns(SceneWarning, match=named):
+        load(
+            f'{shape}<integrator type="direct"><integer name="max_depth" value="4"/>'
+            '<boolean name="hide_emitters" value="true"/></integrator>'
+        )
