@@ -26,6 +26,7 @@ from photonmap.spectra.curves import (
 )
 from photonmap.spectra.observer import observer, radiance_to_rgb, reflectance_to_rgb
 from photonmap.spectra.sensitivities import (
+    ENDS,
     MOST,
     STEPS,
     Limits,
@@ -37,6 +38,7 @@ from photonmap.spectra.sensitivities import (
     table_of,
 )
 
+_TABLES = (300.0, 780.0)  # Where tables of light end, nm
 _WANTED = (
     f"bands must be 'rgb', a number from 1 to {MOST}, 'best:N', 'box:N', '400:700:10', a FILE.csv "
     "of sensitivities, or the name of an observer or camera; got {}"
@@ -84,7 +86,7 @@ class Bands:
         Parameters
         ----------
         n : 1 to 256
-        low, high : nm, within 380 to 780; the curves are truncated there
+        low, high : nm, within 280 to 800; the curves are truncated there
         sigma : standard deviation, nm; a quarter of the bin by default
 
         Raises
@@ -147,7 +149,7 @@ class Bands:
 
         Raises
         ------
-        InputError : a band leaves 380 to 780 nm, or steps do not lead from the first to the last
+        InputError : a band leaves 280 to 800 nm, or steps do not lead from the first to the last
         """
         curves, low, high = stepped(first, last, step)
         names = [f"{curve.wavelengths[len(curve.wavelengths) // 2]:g}nm" for curve in curves]
@@ -367,14 +369,17 @@ class Bands:
 
     @cached_property
     def _needed(self) -> Limits:
-        """The range, nm, that curves must cover: 400 to 700, and all but the tails of bands."""
+        """The range, nm, that curves must cover: 400 to 700, and all but the tails of bands.
+
+        Of bands that reach a little beyond 300 to 780, that: tables of light end there.
+        """
         ends = np.array([VISIBLE, *map(without_tails, self.sensitivities)])
-        return float(ends[:, 0].min()), float(ends[:, 1].max())
+        return _within_tables(float(ends[:, 0].min()), float(ends[:, 1].max()))
 
     def _check_covered(self, color: Spectrum) -> None:
         if not color.wavelengths[0] <= self._needed[0] < self._needed[1] <= color.wavelengths[-1]:
             low, high = self.limits or VISIBLE
-            color.check_covers(min(low, VISIBLE[0]), max(high, VISIBLE[1]))
+            color.check_covers(*_within_tables(min(low, VISIBLE[0]), max(high, VISIBLE[1])))
 
     def _mix(self, color: Any, basis: Floats) -> Floats:
         """Return the band values (N,) of a number, the same in all bands, or of a triple."""
@@ -388,3 +393,10 @@ class Bands:
             "a colour is a number, three numbers of linear RGB, or a Spectrum, as "
             f"photonmap.reflectance and photonmap.emission make it from a text; got {shown(color)}"
         )
+
+
+def _within_tables(low: float, high: float) -> Limits:
+    return (
+        _TABLES[0] if ENDS[0] <= low < _TABLES[0] else low,
+        _TABLES[1] if _TABLES[1] < high <= ENDS[1] else high,
+    )

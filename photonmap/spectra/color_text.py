@@ -4,6 +4,7 @@
 
 where SOURCE is a number, `rgb:r,g,b`, `xyz:X,Y,Z`, `xyY:x,y,Y`, `planck:2856`,
 `daylight:6504`, `sun:3,45` or `sky:3,45` (turbidity and height of the sun, degrees),
+`led:405,15` (peak and full width at half maximum, nm), `black light`,
 `munsell:5R 5/10`, `metal:Au`, `sfu:NAME`, a FILE.csv, or a name that colour-science knows: of a
 light for an emission, of a ColorChecker patch for a reflectance.
 """
@@ -17,6 +18,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+
+import numpy as np
 
 from photonmap.errors import InputError, naming
 from photonmap.runtime.files import named_file
@@ -36,6 +39,7 @@ from photonmap.spectra.daylight import ClearSky
 from photonmap.spectra.metals import metal_by_source
 from photonmap.spectra.munsell import munsell
 from photonmap.spectra.observer import emission_of_xyz, normalise_luminance, reflectance_of_xyz
+from photonmap.spectra.sensitivities import ENDS
 from photonmap.spectra.tables import read_table
 
 ILLUMINANTS = "PHOTONMAP_ILLUMINANTS"  # Environment variable that names the file of measured lights
@@ -53,11 +57,13 @@ _BY_HEIGHT: dict[str, Callable[[ClearSky], Spectrum]] = {
 }
 """Lights that the turbidity and the height of the sun, degrees, name."""
 
-_PREFIXES = ("rgb", "xyz", "xyY", "munsell", "metal", *_BY_TEMPERATURE, *_BY_HEIGHT, "sfu")
+_BLACK_LIGHT = ("black light", 368.0, 18.0)  # Of lamps of BaSi₂O₅:Pb behind Wood's glass
+_PREFIXES = ("rgb", "xyz", "xyY", "munsell", "metal", *_BY_TEMPERATURE, *_BY_HEIGHT, "led", "sfu")
 """Of notations; no name has a colon."""
 
 _UNFINISHED = re.compile(
-    r"\w+:|munsell:( *N|.*/)|(rgb|xyz|xyY):[ ,]*[^ ,]+[ ,]+[^ ,]+[ ,]*|(sun|sky):[ ,]*[^ ,]+[ ,]*",
+    r"\w+:|munsell:( *N|.*/)|(rgb|xyz|xyY):[ ,]*[^ ,]+[ ,]+[^ ,]+[ ,]*"
+    r"|(sun|sky|led):[ ,]*[^ ,]+[ ,]*",
     re.I,
 )
 """What lacks the number after it, which is then no factor: "munsell:N" of "munsell:N 5"."""
@@ -156,7 +162,7 @@ def _reflectance_source(body: str, folder: Path) -> Color:
         return munsell(rest)
     if prefix == "metal":
         return metal_by_source(rest.strip(), folder)
-    if prefix in (*_BY_TEMPERATURE, *_BY_HEIGHT, "sfu"):
+    if prefix in (*_BY_TEMPERATURE, *_BY_HEIGHT, "led", "sfu"):
         raise InputError(f"{shown(body)} is a light, not a reflectance; name a reflectance")
     common = _common_source(body, folder, LARGEST_REFLECTANCE, "reflectance")
     return names.patch(body) if common is None else common
@@ -174,12 +180,33 @@ def _emission_source(body: str, folder: Path) -> Color:
     if prefix in _BY_HEIGHT:
         haze, height = _several(body, rest, ("3", "45"))
         return normalise_luminance(_BY_HEIGHT[prefix](ClearSky(haze, height)))
+    if prefix == "led":
+        return _led(*_several(body, rest, ("405", "15")))
+    if body.lower() == _BLACK_LIGHT[0]:
+        return _led(*_BLACK_LIGHT[1:])
     if prefix == "sfu":
         return measured_illuminants()[rest.strip()]
     if prefix in ("munsell", "metal"):
         raise InputError(f"{shown(body)} is a reflectance, not a light; name a light")
     common = _common_source(body, folder, math.inf, "emission")
     return names.light(body) if common is None else common
+
+
+def _led(peak: float, width: float) -> Spectrum:
+    """Return a Gaussian of a peak and a width, nm, as bright as the constant 1 over 400 to 700 nm.
+
+    Its radiance in all, not its luminance, which is next to nothing in the ultraviolet.
+    """
+    if not (ENDS[0] <= peak <= ENDS[1] and 2.0 <= width <= 200.0):
+        raise InputError(
+            f"led:{peak:g},{width:g}: give a peak from {ENDS[0]:g} to {ENDS[1]:g} nm, and a width "
+            "from 2 to 200 nm"
+        )
+    wavelengths = np.arange(ENDS[0], ENDS[1] + 0.5)
+    curve = np.exp(-4.0 * math.log(2.0) * ((wavelengths - peak) / width) ** 2)
+    curve[curve < 1e-6] = 0.0
+    scale = (VISIBLE[1] - VISIBLE[0]) / np.trapezoid(curve, wavelengths)
+    return Spectrum(wavelengths, scale * curve)
 
 
 def _common_source(body: str, folder: Path, highest: float, kind: str) -> Color | None:

@@ -15,6 +15,7 @@ from photonmap.spectra.curves import EXTRAPOLATE, FILES, VISIBLE, Spectrum, merg
 from photonmap.spectra.tables import read_table
 
 MOST = 256  # Largest number of bands
+ENDS = (280.0, 800.0)  # Between which bands lie, nm: visible light, and ultraviolet of sunlight
 
 Limits = tuple[float, float]
 STEPS = re.compile(r" *([\d.]+ *:){2} *[\d.]+ *")  # The text of bands in steps: first, last, step
@@ -97,10 +98,10 @@ def stepped(first: float, last: float, step: float) -> tuple[list[Spectrum], flo
             "last, as in 400:700:10"
         )
     low, high = first - 0.5 * step, last + 0.5 * step
-    if not 380.0 <= low < high <= 780.0:
+    if not ENDS[0] <= low < high <= ENDS[1]:
         raise InputError(
             f"bands {first:g}:{last:g}:{step:g} reach from {low:g} to {high:g} nm, half a step "
-            "beyond their ends; they must lie within 380 to 780 nm"
+            f"beyond their ends; they must lie within {ENDS[0]:g} to {ENDS[1]:g} nm"
             + _steps_within(first, last, step)
         )
     _bin_width(count, low, high)
@@ -112,9 +113,9 @@ def stepped(first: float, last: float, step: float) -> tuple[list[Spectrum], flo
 
 
 def _steps_within(first: float, last: float, step: float) -> str:
-    """Return a remedy for steps that leave 380 to 780 nm; "" where not even one fits."""
-    start = max(first, 380.0 + 0.5 * step)
-    more = np.floor((min(last, 780.0 - 0.5 * step) - start) / step + 1e-9)
+    """Return a remedy for steps that leave `ENDS`; "" where not even one fits."""
+    start = max(first, ENDS[0] + 0.5 * step)
+    more = np.floor((min(last, ENDS[1] - 0.5 * step) - start) / step + 1e-9)
     return "" if more < 0 else f", as {start:g}:{start + more * step:g}:{step:g} do"
 
 
@@ -205,10 +206,10 @@ def _bin_width(n: int, low: float, high: float) -> float:
     """Return the width of each of `n` bins, or raise `InputError`."""
     if not 1 <= n <= MOST:
         raise InputError(f"the number of bands must be from 1 to {MOST}; got {n}")
-    if not 380.0 <= low < high <= 780.0:
+    if not ENDS[0] <= low < high <= ENDS[1]:
         raise InputError(
-            "the range of the bands must lie within 380 to 780 nm, the lower end first; "
-            f"got {low:g} to {high:g}"
+            f"the range of the bands must lie within {ENDS[0]:g} to {ENDS[1]:g} nm, the lower end "
+            f"first; got {low:g} to {high:g}"
         )
     if high - low < n:
         raise InputError(

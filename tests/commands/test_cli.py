@@ -160,7 +160,7 @@ BAD = {
     "bright": (["bright.obj"], "bright.mtl:2"),
     "index": (["index.obj"], "index.obj:4"),
     "wrong range": (["ok.obj", "--range", "400-700"], "400-700"),
-    "range beyond": (["ok.obj", "--range", "300:700"], "380 to 780"),
+    "range beyond": (["ok.obj", "--range", "200:700"], "280 to 800"),
     "sensor file": (["ok.obj", "--bands", "nan.csv"], "nan.csv:3"),
     "sensor name": (["ok.obj", "--bands", "Nikon 5100 (NLP)"], "Nikon 5100 (NPL)"),
     "measured set": (["ok.obj", "--munsell", "none.mat"], "none.mat"),

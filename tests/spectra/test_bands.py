@@ -8,6 +8,7 @@ from scipy.integrate import quad
 
 from photonmap.errors import InputError, SceneWarning
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.observer import (
     observer,
@@ -77,8 +78,8 @@ def test_a_range_without_a_step_is_told_so():
     ("count", "low", "high", "message"),
     [
         (6, 700, 400, "the lower end first; got 700 to 400"),
-        (6, 300, 700, "within 380 to 780 nm"),
-        (6, 400, np.nan, "within 380 to 780 nm"),
+        (6, 270, 700, "within 280 to 800 nm"),
+        (6, 400, np.nan, "within 280 to 800 nm"),
         (60, 500, 550, "narrower than 1 nm; use fewer bands or a wider range"),
     ],
 )
@@ -331,10 +332,10 @@ def test_bands_at_round_wavelengths(text, count, first, last):
         ("400:700:7", "steps must lead from the first wavelength to the last"),
         ("400:700:0", "steps must lead"),
         ("700:400:10", "steps must lead"),
-        ("380:780:10", "half a step .* within 380 to 780 nm, as 385:775:10 do"),
-        ("380:780:5", "reach from 377.5 to 782.5 nm, .* 780 nm, as 382.5:777.5:5 do"),
-        ("300:500:10", ", as 385:495:10 do"),
-        ("400:400:900", "within 380 to 780 nm$"),
+        ("280:800:10", "half a step .* within 280 to 800 nm, as 285:795:10 do"),
+        ("280:800:5", "reach from 277.5 to 802.5 nm, .* 800 nm, as 282.5:797.5:5 do"),
+        ("200:400:10", ", as 285:395:10 do"),
+        ("400:400:900", "within 280 to 800 nm$"),
         ("400:700:.5", "from 1 to 256"),
     ],
 )
@@ -343,3 +344,14 @@ def test_steps_that_do_not_fit(text, message):
         Bands.parse(text)
     with pytest.raises(InputError, match="takes no range"):
         Bands.parse("400:700:10", (400.0, 700.0))
+
+
+def test_ultraviolet_bands_see_lights_whose_tables_end_there():
+    bands = Bands.parse("300:780:20")
+    assert bands.count == 25
+    assert bands.limits == (290.0, 790.0)
+    light = bands.emission(emission("D65"))
+    assert 0.0 < light[0] < 0.02
+    assert light[3] == pytest.approx(0.45, abs=0.05)
+    with pytest.raises(InputError, match="covers 380-780 nm, but 300-780 nm is needed: 300-380"):
+        bands.emission(emission("LED-B1"))

@@ -231,3 +231,16 @@ def test_measured_lights_have_the_names_of_their_file(tmp_path, monkeypatch):
     assert emission("sfu:lab/2 2") == Spectrum([380, 780], [6, 6])
     with pytest.raises(InputError, match=r"no curve 'lab/3'; did you mean 'lab/"):
         emission("sfu:lab/3")
+
+
+def test_leds_have_a_peak_a_width_and_the_power_of_a_constant():
+    led, lamp = emission("led:405,15 2"), emission("black light")
+    assert led.wavelengths[led.values.argmax()] == 405.0
+    half = led.wavelengths[led.values >= 0.5 * led.values.max()]
+    assert half[[0, -1]] == pytest.approx([405.0 - 7.5, 405.0 + 7.5], abs=0.5)
+    for light, power in ((led, 600.0), (lamp, 300.0)):
+        assert np.trapezoid(light.values, light.wavelengths) == pytest.approx(power)
+    with pytest.raises(InputError, match="led:100,15: give a peak from 280 to 800 nm"):
+        emission("led:100,15")
+    with pytest.raises(InputError, match="'led:405' needs two numbers, as in led:405,15"):
+        emission("led:405")
