@@ -94,7 +94,7 @@ def refuse_omitted(goal: Goal | None, kept: Collection[str]) -> None:
 
 
 DEFAULT_ERROR = 0.02
-LEAST_PASSES = 16
+LEAST_PASSES = 8
 """Before these, a spread over passes is too uncertain to stop on."""
 MOST_PASSES = (1 << 32) - 1
 """That the counts of passes, 32 bits, can hold."""

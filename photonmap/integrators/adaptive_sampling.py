@@ -6,8 +6,8 @@ its own numbers, so each is an unbiased estimate, uncorrelated with the rest, an
 and spread stay honest.
 
 **How many.** A render needs `LEAST_PASSES` before it can trust its own error. Where that many full
-passes would be more work than the goal needs, passes take a half or a quarter of the samples. The
-first ones, which are such quarters, tell; if they turn out too small, they are discarded.
+passes would be more work than the goal needs, passes take half of the samples. The first ones,
+which are such halves, tell; if they turn out too small, they are discarded.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.film.blocks import block_sums
-from photonmap.film.budget import LEAST_PASSES, PASS_SAMPLES, Goal
+from photonmap.film.budget import LEAST_PASSES, Goal
 from photonmap.film.pooling import take_in
 from photonmap.film.relative_error import relative_squares
 from photonmap.kernels.core.passes import (
@@ -138,19 +138,19 @@ PILOT_PASSES = 2
 """Passes after which the size of the others is chosen."""
 LOOSE = 0.01
 """Error from which on a goal is worth the pilot passes."""
-COSTS = {0.25: (0.38, 1.0), 0.5: (0.58, 0.4), 1.0: (1.0, 0.18)}
+COSTS = {0.5: (0.58, 1.0), 1.0: (1.0, 0.45)}
 """By fractions of the usual samples: the time of a pass over that of a full one, and the passes
-needed over those of quarters. Means over the Cornell box, and over `vase`, `living_room`, `kitchen`
+needed over those of halves. Means over the Cornell box, and over `vase`, `living_room`, `kitchen`
 and `terrace` under one and two lights, 160×120."""
 
 
 def first_size(goal: Goal | None) -> float:
     """Return the size of the first passes of a render that aims at an error, or at none."""
-    return min(PASS_SAMPLES) if goal is not None and goal.limit >= LOOSE else 1.0
+    return min(COSTS) if goal is not None and goal.limit >= LOOSE else 1.0
 
 
 def choose_size(needed: float) -> float:
-    """Return the size of passes that costs least, where so many quarters would meet the goal."""
+    """Return the size of passes that costs least, where so many halves would meet the goal."""
     if not math.isfinite(needed):
         return 1.0
 

@@ -11,7 +11,6 @@ from photonmap.compile.effects import EffectPlan
 from photonmap.compile.lights.probabilities import make_cdf, probabilities_of
 from photonmap.compile.scene_arrays import CompiledScene
 from photonmap.errors import warn
-from photonmap.film.budget import LEAST_PASSES
 from photonmap.film.moments import Accumulator
 from photonmap.integrators.base import Integrator
 from photonmap.integrators.photon_mapping.pilot import SMALLEST_FRACTION
@@ -29,8 +28,8 @@ PATHS, FEWEST_PATHS, MOST_PATHS = 256, 16, 1 << 14
 BOUNCES = 8
 MANY = 0.9
 """Fraction of the pixels that may be unresolved before a warning is due."""
-TOLERATED_CHAINS = 1e-3
-"""Fraction of pixels that may show a truncated specular chain every `LEAST_PASSES` passes without a
+TOLERATED_CHAINS, CHAIN_PASSES = 1e-3, 16
+"""Fraction of pixels that may show a truncated specular chain every `CHAIN_PASSES` passes without a
 warning: from balls of glass whose normals are interpolated, a few rays never leave."""
 _OR_CAMERA = "; or the camera is inside or behind an object"
 """What may keep all light from the view"""
@@ -159,7 +158,7 @@ def warn_of_truncated_paths(integrator: Integrator, moments: Accumulator) -> Non
             f"{missing}"
         )
     chains = moments.truncated()
-    if chains > TOLERATED_CHAINS * len(moments.counts) * max(moments.count / LEAST_PASSES, 1.0):
+    if chains > TOLERATED_CHAINS * len(moments.counts) * max(moments.count / CHAIN_PASSES, 1.0):
         warn(
             f"{chains} pixel{'s show' if chains > 1 else ' shows'} more than {LONGEST_CHAIN} "
             "successive reflections, as between facing mirrors or in round glass of few triangles; "

@@ -1,25 +1,8 @@
 """Images of these tests are small and noisy."""
 
-import sys
-from importlib import import_module
-
 import pytest
 
 from photonmap.dataset.jobs import schedule
-
-PASSES = 8
-
-
-@pytest.fixture(autouse=True, scope="module")
-def few_passes():
-    """Let renders stop at their error after half as many passes as else, which take most time."""
-    import_module("photonmap.dataset.jobs.render_image")  # with the number that others have
-    ours = [module for name, module in sys.modules.items() if name.startswith("photonmap.")]
-    with pytest.MonkeyPatch.context() as patch:
-        for module in ours:
-            if "LEAST_PASSES" in vars(module):
-                patch.setattr(module, "LEAST_PASSES", PASSES)
-        yield
 
 
 @pytest.fixture

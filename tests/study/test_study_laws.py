@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from photonmap.film.budget import LEAST_PASSES
 from photonmap.study import measure
 from photonmap.study.convergence import (
     PATH,
@@ -104,7 +105,7 @@ def test_estimates_know_where_they_were_measured():
     assert (near.passes, near.extrapolated) == (99, False)
     assert (far.passes, far.extrapolated) == (399, True)
     assert far.seconds == pytest.approx(199.5)
-    assert least.passes == 16  # what --error never stops before
+    assert least.passes == LEAST_PASSES  # what --error never stops before
     assert law("3 bands", spectral=0.03).total_after(0.625 * 10) == pytest.approx(
         math.hypot(0.1 / math.sqrt(62.5), 0.03)
     )
