@@ -28,7 +28,8 @@ GROUPS = {
     "Results": ("Result",),
     "Scenes": (
         "Scene", "Mesh", "Material", "Texture", "SpectralTexture", "NormalMap", "BumpMap",
-        "NoRelief", "AnisotropyMap", "Cauchy", "Sellmeier", "NamedGlass",
+        "NoRelief", "AnisotropyMap", "Cauchy", "Sellmeier", "NamedGlass", "Fluorescence",
+        "DonaldsonMatrix",
     ),
     "Cameras": (
         "Camera", "Lens", "Intrinsics", "Fisheye", "FisheyeIntrinsics", "Panorama", "RayMap",

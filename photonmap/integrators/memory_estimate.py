@@ -14,7 +14,7 @@ PASS_BUFFERS = 7
 """Arrays of a pass with a value a pixel and band: those of `Pixels`, and shared irradiance."""
 SPECULAR_BYTES_PER_VALUE = 44
 """Moments and passes of caustics and of what is seen via specular surfaces."""
-FLUORESCENT_BYTES_PER_VALUE = 64
+FLUORESCENT_BYTES_PER_VALUE = 84
 """Moments and passes of fluorescence and of what excites it."""
 UNBIASED_BUFFERS = 8
 """Arrays of an unbiased pass besides: differences, rounds of averages, reflectance."""

@@ -61,13 +61,16 @@ def _factors(result: Labels, gains: Mapping[str, Any]) -> Gains:
     return {group: _gain(group, gains.get(group, 1.0), result.bands.count) for group in groups}
 
 
+def _glows(result: Labels) -> bool:
+    """Return whether surfaces fluoresce."""
+    effect = result.record.get("effects", {}).get("fluorescence", {})
+    return effect.get("on") or "fluorescence" in result.buffers
+
+
 def _refuse_spectra(result: Labels, factors: Gains) -> None:
     """Refuse gains that differ between bands where surfaces fluoresce: bands of light mix there."""
-    effect = result.record.get("effects", {}).get("fluorescence", {})
-    if not effect.get("on") and "fluorescence" not in result.buffers:
-        return
     for group, factor in factors.items():
-        if np.ptp(factor) > 0.0:
+        if _glows(result) and np.ptp(factor) > 0.0:
             raise InputError(
                 f"surfaces fluoresce, which mixes the bands of light group {group!r}: give it one "
                 "gain for all bands, or render its other spectrum as a light of its own"
@@ -116,6 +119,8 @@ def _sums(result: Labels, rest: Arrays, parts: Arrays, groups: list[str]) -> Arr
         return whole
     if "emission" in rest:
         whole["radiance"] = (rest["emission"] + whole["direct"]) + whole["indirect"]
+    if _glows(result) and "fluorescence" not in whole:
+        return whole
     if "residual" in result.buffers and "reflectance" in rest and "shading" in whole:
         light = whole["direct"].astype(np.float64) + whole["indirect"]
         light -= whole.get("fluorescence", 0.0)

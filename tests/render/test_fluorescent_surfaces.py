@@ -283,6 +283,14 @@ def test_groups_are_relit_at_other_strengths_but_not_in_other_spectra(glowing):
         result.relit({"lamp": [1.0, 2.0, 1.0, 1.0, 1.0]})
 
 
+def test_a_run_is_resumed_with_the_same_bits(glowing, tmp_path):
+    scene, file = room(glowing), tmp_path / "state.checkpoint"
+    render(scene, passes=2, checkpoint=file)
+    resumed, whole = render(scene, passes=3, checkpoint=file, resume=True), render(scene, passes=3)
+    assert (resumed.fluorescence == whole.fluorescence).all()
+    assert (resumed.errors["fluorescence"] == whole.errors["fluorescence"]).all()
+
+
 def test_runs_merge_as_one(glowing):
     scene = room(glowing)
     merged = pm.merge([render(scene, passes=passes, seed=passes) for passes in (2, 3)])
