@@ -23,6 +23,8 @@ def write_files(folder):
     write_image(blocks.astype(np.float32), folder / "sky.exr")
     pattern = np.kron(rng.random((4, 6, 3)), np.ones((16, 16, 1)))
     _write_png(folder / "paint.png", (255 * pattern).astype(np.uint8))
+    _write_png(folder / "small.png", (255 * pattern[::16, ::16]).astype(np.uint8))
+    (folder / "plate.obj").write_text("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n")
 
 
 def _write_obj(path, body, uv):

@@ -51,6 +51,8 @@ SMALL = """<transform name="to_world"><lookat origin="{}" target="{}" up="0 1 .1
 IMAGE = '<texture name="{}" type="bitmap"><string name="filename" value="{}"/>{}</texture>'
 TO_UV = """<transform name="to_uv"><scale x="2" y="1.5"/><translate x=".3" y=".1"/></transform>"""
 
+MIRROR = 'x="-.4" y=".4" z=".4"'
+INSIDE_OUT = '<boolean name="flip_normals" value="true"/>'
 SHAPES = {
     "sphere": scene(body("sphere"), LAMP, SKY),
     "cube": scene(body("cube"), LAMP, SKY),
@@ -83,6 +85,20 @@ SHAPES = {
 <emitter type="area"><rgb name="radiance" value="1 2 3"/></emitter></shape>
 """,
     ),
+    "mirrored lamps": scene(
+        *(
+            f"""<shape type="{kind}">{inside}<transform name="to_world"><scale {scale}/>
+<rotate x="1" angle="{angle}"/><translate x="{x}" y="{y}" z="1.5"/></transform>
+<emitter type="area"><rgb name="radiance" value="{light}"/></emitter></shape>"""
+            for kind, inside, scale, angle, x, y, light in (
+                ("obj", '<string name="filename" value="plate.obj"/>', MIRROR, 30, -1, 1, "4 0 0"),
+                ("ply", '<string name="filename" value="body.ply"/>', MIRROR, 60, 0.3, 1, "0 1 2"),
+                ("sphere", INSIDE_OUT, 'value="-.3"', 0, 1, 0, "0 2 0"),
+                ("rectangle", "", 'x=".4" y=".3" z="-1"', 0, 0.3, -1, "1 0 3"),
+                ("cube", "", 'x="-.3" y=".2" z=".1"', 20, -1, -1, "2 2 0"),
+            )
+        )
+    ),
 }
 EMITTERS = {
     "point": light(
@@ -114,6 +130,11 @@ EMITTERS = {
         "envmap",
         """<string name="filename" value="sky.exr"/>
 <transform name="to_world"><rotate y="1" angle="70"/></transform>""",
+    ),
+    "mirrored envmap": light(
+        "envmap",
+        """<string name="filename" value="sky.exr"/><transform name="to_world">
+<rotate x="1" angle="90"/><scale x="-1"/><rotate z="1" angle="20"/></transform>""",
     ),
     "spectra": light(
         "constant", '<spectrum name="radiance" value="360:1, 500:2, 600:1.5, 830:1"/>'
@@ -167,6 +188,30 @@ BSDFS = {
         SKY,
     ),
     "dielectric": scene(ball('<bsdf type="dielectric"/>'), LAMP, SKY),
+    "mirrored dielectric": scene(
+        """<shape type="obj"><string name="filename" value="body.obj"/><transform name="to_world">
+<scale x="-1"/><translate z="1"/></transform><bsdf type="dielectric"/></shape>""",
+        LAMP,
+        SKY,
+    ),
+    **{
+        f"bitmap {name}": scene(
+            body(
+                "rectangle",
+                "",
+                TWOSIDED.format(
+                    "diffuse", IMAGE.format("reflectance", "small.png", TO_UV + options)
+                ),
+            ),
+            LAMP,
+            SKY,
+        )
+        for name, options in (
+            ("mirrored", '<string name="wrap_mode" value="mirror"/>'),
+            ("clamped", '<string name="wrap_mode" value="clamp"/>'),
+            ("nearest", '<string name="filter_type" value="nearest"/>'),
+        )
+    },
     # Rougher glass loses light there: 1.1% of an even image at .1, 3.7% at .25 by .03
     "rough dielectric": scene(
         ball(

@@ -120,6 +120,14 @@ def test_textures_return(tmp_path):
     )
 
 
+@pytest.mark.parametrize("looked_up", [{"clamp": (True, False)}, {"nearest": True}])
+def test_what_mtl_cannot_say_of_textures_is_named(tmp_path, looked_up):
+    texture = pm.Texture.of(np.eye(3), **looked_up)
+    panel = quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), pm.Material("wall", texture))
+    with pytest.warns(pm.SceneWarning, match="wall.* is written as a texture that is interpolated"):
+        pm.save_scene(pm.Scene([panel]), tmp_path / "a.obj")
+
+
 def test_what_no_face_uses_is_left_out(tmp_path):
     vertices = np.array([(9, 9, 9), (0, 0, 0), (1, 0, 0), (0, 1, 0)], float)
     normals = np.array([(0, 0, 1)] * 4, float)
