@@ -28,7 +28,7 @@ from photonmap.scene import lights
 from photonmap.scene.camera import NOT_IN_FILES, Camera, Lens, check_camera
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
-from photonmap.scene.parameters import unit
+from photonmap.scene.parameters import Vector, unit
 from photonmap.scene.projections import Intrinsics
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import is_black
@@ -111,8 +111,15 @@ def _amount(node: Node, name: str) -> Color:
     return read_plain(node, name, (1.0, 1.0, 1.0), "emission")
 
 
+def _given(node: Node, name: str, transformed: Vector) -> Vector:
+    """Return a vector, which may be given by its name or else by a transformation."""
+    if node.find(name) and node.find("to_world"):
+        raise node.error(f"{name} and to_world are both given; keep one of them")
+    return node.vector(name, transformed)
+
+
 def _point(node: Node, name: str) -> lights.Light:
-    place = node.vector("position", plain(node.transform()[:3, 3]))
+    place = _given(node, "position", plain(node.transform()[:3, 3]))
     return lights.PointLight(place, _amount(node, "intensity"), name)
 
 
@@ -138,7 +145,7 @@ def _spot(node: Node, name: str) -> lights.Light:
 
 
 def _directional(node: Node, name: str) -> lights.Light:
-    ahead = node.vector("direction", plain(node.transform()[:3, 2]))
+    ahead = _given(node, "direction", plain(node.transform()[:3, 2]))
     return lights.DirectionalLight(ahead, _amount(node, "irradiance"), name)
 
 
@@ -186,13 +193,13 @@ def read_sensor(node: Node) -> Camera:
 
 def _film_size(node: Node) -> tuple[int, int]:
     """Return width and height of the film: only their ratio, and a crop, matter."""
-    films = node.parts("film")
-    if not films:
+    film = node.only("film")
+    if film is None:
         return 768, 576
-    size = films[-1].whole("width", 768), films[-1].whole("height", 576)
+    size = film.whole("width", 768), film.whole("height", 576)
     if not 0 < min(size) <= max(size) <= 1 << 20:
-        raise films[-1].error(f"a film of {size[0]}x{size[1]} is not possible; correct its size")
-    if any(films[-1].find(f"crop_{what}") for what in ("width", "height")):
+        raise film.error(f"a film of {size[0]}x{size[1]} is not possible; correct its size")
+    if any(film.find(f"crop_{what}") for what in ("width", "height")):
         node.lose("crop")
     return size
 
@@ -283,19 +290,18 @@ def _mesh(node: Node, name: str, outer: Floats) -> Mesh:
 
 def _material(node: Node) -> Material:
     """Return the material of a shape; without a bsdf it is grey, or black if it emits."""
-    bsdfs, emitters = node.parts("bsdf"), node.parts("emitter")
-    material = read_material(bsdfs[-1]) if bsdfs else Material("default")
-    if bsdfs and node.type not in _CLOSED and is_one_sided(bsdfs[-1]):
+    bsdf, emitter = node.only("bsdf"), node.only("emitter")
+    material = Material("default") if bsdf is None else read_material(bsdf)
+    if bsdf is not None and node.type not in _CLOSED and is_one_sided(bsdf):
         node.lose("black backs of one-sided surfaces")
-    if not emitters:
+    if emitter is None:
         return material
-    emitter = emitters[-1]
     if emitter.type != "area":
         raise emitter.error(f"a shape has an emitter of type {shown(emitter.type)}; give area")
     radiance = read_paint(emitter, "radiance", (1.0, 1.0, 1.0), "emission")
     emitter.lose_unread()
     name = (emitter if emitter.id else node).unique_name("material")
-    if not bsdfs:
+    if bsdf is None:
         return Material(name, 0.0, radiance)
     return replace(material, name=name, emission=radiance)
 

@@ -298,9 +298,18 @@ class Node:
         return self.error(f"{problem}; give one of {listed(known, 20)}")
 
     def find(self, name: str) -> Node | None:
-        """Return the parameter of a name, the last if there are several; None if there is none."""
+        """Return the only parameter of a name; None if there is none."""
         self.read.add(name)
-        return next((child for known, child in reversed(self.children) if known == name), None)
+        return self._one(name, [child for known, child in self.children if known == name])
+
+    def only(self, tag: str) -> Node | None:
+        """Return the only child of a tag; None if there is none."""
+        return self._one(tag, self.parts(tag))
+
+    def _one(self, what: str, found: list[Node]) -> Node | None:
+        if len(found) > 1:
+            raise found[-1].error(f"{self.tag} has {len(found)} of {shown(what)}; keep one of them")
+        return found[0] if found else None
 
     def parts(self, tag: str) -> list[Node]:
         """Return all children of a tag."""

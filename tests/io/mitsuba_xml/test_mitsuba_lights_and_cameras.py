@@ -269,3 +269,13 @@ def test_what_integrators_leave_out_is_named(load):
             f'{shape}<integrator type="direct"><integer name="max_depth" value="4"/>'
             '<boolean name="hide_emitters" value="true"/></integrator>'
         )
+
+
+@pytest.mark.parametrize(
+    ("kind", "given"),
+    [("directional", "vector name='direction'"), ("point", "point name='position'")],
+)
+def test_a_light_is_placed_once(load, kind, given):
+    turn = '<transform name="to_world"><translate x="1"/></transform>'
+    with pytest.raises(InputError, match=r"scene\.xml:1: .* and to_world are both given; keep one"):
+        load(f'<emitter type="{kind}"><{given} value="0 0 1"/>{turn}</emitter>')

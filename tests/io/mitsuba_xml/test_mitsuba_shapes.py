@@ -391,6 +391,12 @@ def test_backs_of_open_shapes(load):
         ('"cube"><boolean name="flip_normals" value="2"/>', "neither true nor false"),
         ('"cube"><emitter type="point"/>', "an emitter of type 'point'; give area"),
         ('"instance">', "give it a <ref>"),
+        (
+            '"sphere"><float name="radius" value="1"/><float name="radius" value="2"/>',
+            "shape has 2 of 'radius'; keep one of them",
+        ),
+        ('"cube"><bsdf type="diffuse"/><bsdf type="conductor"/>', "shape has 2 of 'bsdf'"),
+        ('"cube"><emitter type="area"/><emitter type="area"/>', "shape has 2 of 'emitter'"),
     ],
 )
 def test_values_that_are_not_valid(load, shape, message):
