@@ -118,6 +118,13 @@ def _given(node: Node, name: str, transformed: Vector) -> Vector:
     return node.vector(name, transformed)
 
 
+def _is_even(*axes: Floats) -> bool:
+    """Return whether axes are perpendicular and of one length, as those of a turn and a scale."""
+    products = np.array(axes) @ np.array(axes).T
+    mean = np.trace(products) / len(axes)
+    return np.allclose(products, mean * np.eye(len(axes)), atol=1e-5 * mean)
+
+
 def _point(node: Node, name: str) -> lights.Light:
     place = _given(node, "position", plain(node.transform()[:3, 3]))
     return lights.PointLight(place, _amount(node, "intensity"), name)
@@ -130,6 +137,8 @@ def _spot(node: Node, name: str) -> lights.Light:
     """
     matrix = node.transform()
     origin, target = plain(matrix[:3, 3]), plain(matrix[:3, 3] + matrix[:3, 2])
+    if not _is_even(*matrix[:3, :3].T):
+        node.lose("shear or uneven scale of its cone")
     intensity = _amount(node, "intensity")
     edge = node.number("cutoff_angle", 20.0)
     beam = node.number("beam_width", 0.75 * edge)
@@ -145,7 +154,10 @@ def _spot(node: Node, name: str) -> lights.Light:
 
 
 def _directional(node: Node, name: str) -> lights.Light:
-    ahead = _given(node, "direction", plain(node.transform()[:3, 2]))
+    axis = node.transform()[:3, 2]
+    ahead = _given(node, "direction", plain(axis))
+    if not math.isclose(np.linalg.norm(axis), 1.0, rel_tol=1e-4):
+        node.lose("the scale of to_world, by which Mitsuba multiplies its irradiance,")
     return lights.DirectionalLight(ahead, _amount(node, "irradiance"), name)
 
 
@@ -170,12 +182,16 @@ def read_sensor(node: Node) -> Camera:
     matrix = node.transform()
     if np.linalg.det(matrix[:3, :3]) < 0.0:
         node.lose("mirrored view")
-    ahead = unit(matrix[:3, 2])
-    origin, target, up = matrix[:3, 3], point_ahead(matrix[:3, 3], ahead), matrix[:3, 1]
+    right, up, ahead = matrix[:3, :3].T
+    ahead = unit(ahead)
+    across = float(np.linalg.norm(up))
+    if not _is_even(right, up, across * ahead):
+        node.lose("shear or uneven scale of the view")
+    origin, target, up = matrix[:3, 3], point_ahead(matrix[:3, 3], ahead), up
     size = _film_size(node)
     look: dict[str, Any]
     if node.type == _ORTHOGRAPHIC:
-        look = {"height": 2.0 * float(np.linalg.norm(matrix[:3, 1])) * size[1] / size[0]}
+        look = {"height": 2.0 * across * size[1] / size[0]}
     else:
         look = _perspective(node, size)
     if node.type == _THIN_LENS and (radius := node.number("aperture_radius", 0.0)) != 0.0:

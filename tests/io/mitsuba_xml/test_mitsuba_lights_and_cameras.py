@@ -279,3 +279,22 @@ def test_a_light_is_placed_once(load, kind, given):
     turn = '<transform name="to_world"><translate x="1"/></transform>'
     with pytest.raises(InputError, match=r"scene\.xml:1: .* and to_world are both given; keep one"):
         load(f'<emitter type="{kind}"><{given} value="0 0 1"/>{turn}</emitter>')
+
+
+@pytest.mark.parametrize(
+    ("node", "named"),
+    [
+        ('emitter type="directional"', "the scale of to_world, by which Mitsuba multiplies"),
+        ('emitter type="spot"', "shear or uneven scale of its cone"),
+        ('sensor type="orthographic"', "shear or uneven scale of the view"),
+        ('sensor type="perspective"', "shear or uneven scale of the view"),
+    ],
+)
+def test_scales_that_are_not_simulated_are_named(load, node, named):
+    """In 3.9, a directional light of scale 2 is twice as bright, and cones and films stretch."""
+    shape, tag = '<shape type="sphere"/>', node.partition(" ")[0]
+    for steps in ('<rotate x=".3" y="1" angle="40"/>', '<translate x="2"/>'):
+        load(f'{shape}<{node}><transform name="to_world">{steps}</transform></{tag}>')
+    uneven = '<scale x="2" z="2"/><rotate y="1" angle="40"/>'
+    with pytest.warns(SceneWarning, match=named):
+        load(f'{shape}<{node}><transform name="to_world">{uneven}</transform></{tag}>')
