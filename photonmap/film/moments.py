@@ -258,8 +258,8 @@ class Accumulator:
         """
         assert self._specular is not None
         moments = self._moments
-        light = self._diffuse(part)
-        missed = light - self._specular.residual[part] > ROUNDING * light
+        least = ROUNDING * (moments.direct[part] + moments.indirect[part])
+        missed = self._diffuse(part) - self._specular.residual[part] > least
         return np.asarray(missed & (moments.reflectance[part] == 0.0))
 
     def _diffuse(self, part: slice) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.scenes import GREY, ball, closed_box, quad
 
 import photonmap as pm
@@ -25,6 +26,8 @@ FIVE = np.array([
 ])  # fmt: skip
 """Entry [i, j]: from band j to band i."""
 METHODS = {"photon": {}, "path": {"method": "path"}, "unbiased": {"unbiased": True}}
+ALL = ["photon", *slow("path", "unbiased")]
+"""The others compile passes of their own."""
 
 
 def bump(center, sigma, height=1.0):
@@ -67,7 +70,7 @@ def view_of(material):
     return pm.Scene([closed_box(material)], camera=pm.Camera((0, 0, 0.5), (0, 0, -1)))
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ALL)
 def test_closed_furnace_is_the_geometric_series_of_the_matrix(glowing, method):
     """Walls that emit ε, reflect ρ and re-emit F have the radiance (1 − ρ − F)⁻¹ ε all over."""
     albedo, light = ramp(0.6, 0.2), ramp(2.0, 0.1)
@@ -90,7 +93,7 @@ COVERS = {
 }
 
 
-@pytest.mark.parametrize("method", ["photon", "path"])
+@pytest.mark.parametrize("method", ALL[:2])
 @pytest.mark.parametrize("cover", COVERS)
 def test_covers_let_re_emitted_light_pass_as_the_light_that_excites(glowing, cover, method):
     """Where ρ + S is the same in all bands, their sum is that of a base with this reflectance."""
@@ -150,7 +153,7 @@ def test_one_plate_lights_another_by_what_it_re_emits(glowing):
     assert result.shading.mean((0, 1)) == pytest.approx(truth, rel=3e-3)
 
 
-@pytest.mark.parametrize("method", ["photon", "path"])
+@pytest.mark.parametrize("method", ALL[:2])
 def test_lamp_and_sensor_change_places_with_the_transpose(glowing, method):
     """Irradiance at Q in band 3 by P in band 0 is that at P in band 0 by Q in band 3 and Fᵀ."""
     left = [(-0.95, y, z) for y, z in ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))]
@@ -195,7 +198,7 @@ def room(glowing, shiny=True):
     return pm.Scene([box, lamp, *balls], camera=camera)
 
 
-@pytest.mark.parametrize("method", ["photon", "unbiased"])
+@pytest.mark.parametrize("method", slow("photon", "unbiased"))
 def test_all_methods_agree_on_every_buffer(glowing, method):
     """Of textures, coats and gloss, and in a mirror; means over quarters of the image."""
     scene = room(glowing, shiny=method == "photon")
@@ -243,6 +246,20 @@ def test_buffers_add_up(glowing):
     assert set(result.errors) >= {"fluorescence", "excitation", "fluorescence_direct@day"}
     assert "fluorescence" in result.block_errors
     assert result.reflectance.max() <= 0.4 + 1e-6  # without what is re-emitted
+
+
+def test_black_surfaces_that_fluoresce_have_no_residual(glowing):
+    """Nor its error, though their light is that of no shading."""
+    plate = quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), glowing(FIVE, reflectance=0.0))
+    mirror = ball(pm.Material.polished("mirror", 0.9), (1.5, 0.0, 0.6), 0.3)
+    lamp = pm.PointLight((-1.0, 0.0, 1.0), ramp(1.0, 0.5))
+    scene = pm.Scene([plate, mirror], [lamp], pm.Camera((0, 0, 3), (0, 0, 0), fov=30.0))
+    result = render(scene, passes=8)
+    assert result.fluorescence[..., 1:].min() > 0.0
+    light = result.direct.astype(float) + result.indirect
+    assert result.fluorescence == pytest.approx(light, rel=1e-5, abs=1e-9)
+    assert not result.residual.any()
+    assert not result.errors["residual"].any()
 
 
 def test_bands_that_a_matrix_tells_apart_are_not_merged(glowing):
