@@ -89,7 +89,7 @@ class SpectralTexture(Texture):
         ----------
         path : see `photonmap.scene.surfaces.spectral_texture`
         linear : spectra always are
-        mapping : scale, offset, clamp; extrapolate and gain as for `from_cube`
+        mapping : scale, offset, clamp, nearest; extrapolate and gain as for `from_cube`
 
         Raises
         ------
@@ -115,7 +115,7 @@ class SpectralTexture(Texture):
         wavelengths : (L,) nm, increasing
         values : (H, W, L) reflectances in [0, 1] after multiplication with `gain`, top row first
         extrapolate : hold the outer values where 400 to 700 nm is not covered
-        mapping : scale, offset, clamp
+        mapping : scale, offset, clamp, nearest
 
         Raises
         ------
@@ -152,7 +152,7 @@ class SpectralTexture(Texture):
         index : (H, W) whole numbers, top row first, or a file that OpenImageIO reads: 0 is the
             first colour of the palette
         palette : reflectances
-        mapping : scale, offset, clamp
+        mapping : scale, offset, clamp, nearest
 
         Raises
         ------
