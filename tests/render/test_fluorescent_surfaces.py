@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from helpers.marks import slow
 from helpers.scenes import GREY, ball, closed_box, quad
+from scipy import stats
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
@@ -306,6 +307,27 @@ def test_a_run_is_resumed_with_the_same_bits(glowing, tmp_path):
     resumed, whole = render(scene, passes=3, checkpoint=file, resume=True), render(scene, passes=3)
     assert (resumed.fluorescence == whole.fluorescence).all()
     assert (resumed.errors["fluorescence"] == whole.errors["fluorescence"]).all()
+
+
+@pytest.mark.slow
+def test_intervals_hold_what_they_state():
+    """95% intervals of 24 seeds of 16 passes, of the mean of the other seeds, in 93 to 97%."""
+    box = pm.scenes.cornell_box()
+    dye = pm.Fluorescence(bump(450.0, 30.0, 0.6), bump(540.0, 25.0), 0.9)
+    paint = pm.Material("paint", 0.3, fluorescence=dye)
+    named = ("left", "large_box")
+    meshes = [replace(m, material=paint) if m.name in named else m for m in box.meshes]
+    runs = [
+        render(replace(box, meshes=meshes), size=24, passes=16, seed=seed) for seed in range(24)
+    ]
+    limit = stats.t.ppf(0.975, 15) * math.sqrt(1.0 + 1.0 / 23.0)
+    for name in ("radiance", "indirect", "shading", "fluorescence"):
+        values = np.array([run[name] for run in runs], float)
+        errors = np.array([run.standard_error(name) for run in runs], float)
+        others = (values.sum(axis=0) - values) / 23.0
+        varies = (errors > 0.0) & (values.std(axis=0) > 1e-5 * values.mean())
+        held = (np.abs(values - others) <= limit * errors)[varies].mean()
+        assert 0.93 < held < 0.97, name
 
 
 def test_runs_merge_as_one(glowing):
