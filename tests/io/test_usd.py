@@ -4,53 +4,20 @@ import math
 import random
 import sys
 import warnings
+from functools import partial
 
 import numpy as np
 import pytest
+from helpers.usd_stages import READER, light, load_stage, painted, surface, triangle
 
 import photonmap as pm
 from photonmap.io.png import write_png
-
-TRIANGLE = """def Mesh "{name}" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
-    int[] faceVertexCounts = [3]
-    int[] faceVertexIndices = [0, 1, 2]
-    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
-    uniform token subdivisionScheme = "none"
-    {more}
-}}
-"""
+from photonmap.scene.images import decode_srgb
 
 
 @pytest.fixture
 def load(tmp_path):
-    pytest.importorskip("pxr", reason="needs usd-core: pip install 'photonmap[usd]'")
-
-    def load(inside, head="", name="a.usda"):
-        (tmp_path / name).write_text(f"#usda 1.0\n({head})\n{inside}")
-        return pm.load_scene(tmp_path / name)
-
-    return load
-
-
-def triangle(more="", name="part"):
-    return TRIANGLE.format(name=name, more=more)
-
-
-def surface(inputs, name="paint", more=""):
-    return f"""def Material "{name}" {{
-        token outputs:surface.connect = </{name}/shader.outputs:surface>
-        def Shader "shader" {{
-            uniform token info:id = "UsdPreviewSurface"
-            {inputs}
-            token outputs:surface
-        }}
-        {more}
-    }}
-    """
-
-
-def painted(inputs, more=""):
-    return surface(inputs, more=more) + triangle("rel material:binding = </paint>")
+    return partial(load_stage, tmp_path)
 
 
 def test_z_up_becomes_y_up(load):
@@ -115,6 +82,7 @@ def test_preview_surfaces(load):
         float inputs:roughness = 0.3
         float inputs:ior = 1.5
         float inputs:opacity = 0.75
+        token inputs:opacityMode = "presence"
         float inputs:clearcoat = 0.5
         float inputs:clearcoatRoughness = 0.125
         color3f inputs:emissiveColor = (1, 2, 3)"""
@@ -144,6 +112,8 @@ def test_textures(load, tmp_path):
             asset inputs:file = @./wood.png@
             float4 inputs:scale = (0.5, 1, 1, 1)
             float2 inputs:st.connect = </paint/place.outputs:result>
+            token inputs:wrapS = "repeat"
+            token inputs:wrapT = "repeat"
             float3 outputs:rgb
             float outputs:g
         }
@@ -151,20 +121,16 @@ def test_textures(load, tmp_path):
             uniform token info:id = "UsdTransform2d"
             float2 inputs:scale = (2, 3)
             float2 inputs:translation = (0.25, 0)
+            float2 inputs:in.connect = </paint/reader.outputs:result>
             float2 outputs:result
         }"""
     inputs = """color3f inputs:diffuseColor.connect = </paint/image.outputs:rgb>
         float inputs:roughness.connect = </paint/image.outputs:g>"""
-    material = load(painted(inputs, texture)).meshes[0].material
+    material = load(painted(inputs, texture + READER)).meshes[0].material
     color, roughness = material.reflectance, material.roughness
     assert (color.scale, color.offset, color.factor) == ((2, 3), (0.25, 0), (0.5, 1, 1))
     assert color.mean[0] == pytest.approx(0.25)
-    assert roughness.mean[0] == pytest.approx(32 / 255, abs=1e-3)  # linear
-
-
-def light(kind, more, apis=""):
-    apis = f"({apis})" if apis else ""
-    return f'def {kind} "lamp" {apis} {{\n{more}\n}}\n' + triangle()
+    assert roughness.mean[0] == pytest.approx(0.5 * decode_srgb(64 / 255), abs=1e-4)
 
 
 def test_lights_that_have_a_size_are_meshes(load):
@@ -215,10 +181,11 @@ def test_packages_hold_their_textures(load, tmp_path):
     texture = """def Shader "image" {
             uniform token info:id = "UsdUVTexture"
             asset inputs:file = @./wood.png@
+            float2 inputs:st.connect = </paint/reader.outputs:result>
             float3 outputs:rgb
         }"""
     inputs = "color3f inputs:diffuseColor.connect = </paint/image.outputs:rgb>"
-    load(painted(inputs, texture))
+    load(painted(inputs, texture + READER))
     assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "a.usda"), str(tmp_path / "a.usdz"))
     (tmp_path / "wood.png").unlink()
     (mesh,) = pm.load_scene(tmp_path / "a.usdz").meshes
@@ -227,8 +194,9 @@ def test_packages_hold_their_textures(load, tmp_path):
 
 def test_cones_of_points(load):
     more = "float inputs:radius = 0\nfloat inputs:shaping:cone:angle = 30\n"
-    more += "float inputs:shaping:cone:softness = 0.5"
-    (spot,) = load(light("SphereLight", more, 'prepend apiSchemas = ["ShapingAPI"]')).lights
+    more += "float inputs:shaping:cone:softness = 0.5\nbool inputs:normalize = 1"
+    with pytest.warns(pm.SceneWarning, match="falloff of soft cones"):
+        (spot,) = load(light("SphereLight", more, 'prepend apiSchemas = ["ShapingAPI"]')).lights
     assert (spot.kind, spot.inner, spot.outer) == ("spot", 15.0, 30.0)
     assert spot.target == pytest.approx((0, 0, -1))
 
@@ -253,10 +221,8 @@ def test_what_is_not_simulated_is_named(load):
     text = triangle('uniform token subdivisionScheme = "catmullClark"').replace(
         'uniform token subdivisionScheme = "none"', "", 1
     )
-    with pytest.warns(
-        pm.SceneWarning, match="not simulated: subdivision of 'part'; Capsule of 'c'"
-    ):
-        load(text + 'def Capsule "c" {}')
+    with pytest.warns(pm.SceneWarning, match="not simulated: subdivision of 'part'; Points of 'c'"):
+        load(text + 'def Points "c" {}')
 
 
 def test_hidden_prims_and_guides_are_left_out(load):

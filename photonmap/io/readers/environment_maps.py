@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.scene.images import read_texture
+from photonmap.scene.images import Image, read_texture
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.spectra.curves import Floats
 
@@ -16,12 +16,13 @@ _BEHIND = 180.0  # Between the centres of the maps: Mitsuba's is +z
 _ROWS = 64  # Rows resampled at a time, so that temporary arrays stay small
 
 
-def turned_map(path: Path, linear: Floats, scale: float, name: str) -> EnvironmentLight:
+def turned_map(source: Path | Image, linear: Floats, scale: float, name: str) -> EnvironmentLight:
     """Return a map whose middle looks along +z of its own coordinates, +y up.
 
     linear : (3, 3), from its coordinates to the world's
     """
-    texels = read_texture(path).linear(slice(None), slice(None))
+    image = source if isinstance(source, Image) else read_texture(source)
+    texels = image.linear(slice(None), slice(None))
     texels = np.broadcast_to(texels, (*texels.shape[:2], 3))
     height, width = texels.shape[:2]
     angle = _turn(linear)

@@ -1,0 +1,189 @@
+"""An opened USD stage: its values as it begins, and the one door to the files that it names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from photonmap.errors import InputError
+from photonmap.io.readers import decoding
+from photonmap.io.readers.registry import ReadOptions
+from photonmap.runtime.files import allowed_folder, is_below, named_image, outside
+from photonmap.runtime.wording import shown
+from photonmap.scene.images import Channels, read_channels
+from photonmap.spectra.curves import Floats
+
+if find_spec("pxr") is not None:
+    from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdShade
+
+MOST_LAYERS = 1000  # Files that a stage may be composed of
+_DAMAGED = "is not a USD stage, or is damaged; export it again"
+_TEMPLATE = "templateAssetPath"  # The one name of files that is text in USD's metadata
+_HEADER = 4096  # Bytes of an image file, among which its encoding is stated
+UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+"""From z up to y up."""
+
+
+@dataclass
+class Stage:
+    """An opened stage."""
+
+    path: Path  # its file
+    stage: Any  # of pxr
+    options: ReadOptions  # a user's choices
+    losses: decoding.Losses  # takes what is not simulated
+    _names: dict[str, int] = field(default_factory=dict)
+
+    def lose(self, what: str, prim: Any) -> None:
+        """Note what is not simulated."""
+        decoding.note_loss(self.losses, what, prim.GetName())
+
+    @property
+    def time(self) -> float:
+        """When the stage begins, at which it is read."""
+        return float(self.stage.GetStartTimeCode())
+
+    @property
+    def is_z_up(self) -> bool:
+        """Whether z is up in the stage; y is in the scene."""
+        return bool(UsdGeom.GetStageUpAxis(self.stage) == UsdGeom.Tokens.z)
+
+    def matrix(self, prim: Any) -> Floats:
+        """Return the matrix of a prim, 4×4, from its coordinates to those of the scene."""
+        moved = UsdGeom.Imageable(prim).ComputeLocalToWorldTransform(self.time)
+        matrix = np.array(moved, np.float64).T
+        return UPRIGHT @ matrix if self.is_z_up else matrix
+
+    def value(self, attribute: Any, default: Any = None) -> Any:
+        """Return what an attribute holds when the stage begins; what feeds it is not simulated."""
+        if not attribute:
+            return default
+        if attribute.HasAuthoredConnections():
+            self.lose(f"what feeds {attribute.GetName()}", attribute.GetPrim())
+        found = attribute.Get(self.time)
+        return default if found is None else found
+
+    def input(self, shader: Any, name: str, default: Any = None) -> Any:
+        """Return the value of a shader's input, which its material may give."""
+        given = shader.GetInput(name)
+        found = UsdShade.Utils.GetValueProducingAttributes(given) if given else ()
+        return self.value(found[0], default) if found else default
+
+    def name(self, prim: Any) -> str:
+        """Return the name of a prim, with a number where another has it."""
+        wanted = name = str(prim.GetName())
+        while name in self._names:
+            self._names[wanted] += 1
+            name = f"{wanted}_{self._names[wanted]}"
+        self._names[name] = 1
+        return name
+
+    def image(self, asset: Any) -> tuple[Channels, bytes]:
+        """Return the image of an asset, which may lie in a package, and how its file begins."""
+        name = getattr(asset, "resolvedPath", "") or getattr(asset, "path", "")
+        if "<UDIM>" in name:
+            message = f"{shown(Path(name).name)} is a set of UDIM tiles, which are not read"
+            raise InputError(f"{message}; bake them into one image")
+        if not Ar.IsPackageRelativePath(name):
+            file = named_image(self.path.parent, name)
+            channels = read_channels(file)
+            with file.open("rb") as opened:
+                return channels, opened.read(_HEADER)
+        refuse_outside(self.path, asset.path, name)
+        inside = Path(Ar.SplitPackageRelativePathInner(name)[1])
+        data = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(name))
+        if data is None:
+            raise InputError(f"{shown(str(inside))} is not in the package; export it again")
+        buffer = data.GetBuffer()
+        channels = decoding.read_embedded(buffer, f"image{inside.suffix}")
+        return channels, bytes(buffer[:_HEADER])
+
+
+def open_stage(path: Path, losses: decoding.Losses) -> Any:
+    """Return a stage; nothing outside of the scene's folder is opened.
+
+    USD opens what layers name when it composes them. So names are followed before that, with its
+    own resolver: sublayers, references and payloads, in whatever variant, and value clips.
+    """
+    root = _open_layer(path, str(path))
+    if root is None:
+        raise InputError(_DAMAGED, path)
+    layers, waiting = {root.realPath: root, str(path): root}, [root]
+    while waiting:
+        layer = waiting.pop()
+        for name in _clips(layer):
+            _find(path, layer, name)
+        for name in layer.GetCompositionAssetDependencies():
+            found = _find(path, layer, name)
+            if found in layers:
+                continue
+            layers[found] = below = _open_layer(path, found)
+            if below is None:
+                decoding.note_loss(losses, f"{shown(name)}, which does not exist,", path.name)
+            else:
+                waiting.append(below)
+            if len(layers) > MOST_LAYERS:
+                raise InputError(f"is composed of more than {MOST_LAYERS} files; merge them", path)
+    stage = Usd.Stage.Open(root)
+    check_layers(path, stage)
+    return stage
+
+
+def check_layers(path: Path, stage: Any) -> None:
+    """Refuse a stage that USD has composed of a file outside of the scene's folder after all."""
+    for layer in stage.GetUsedLayers():
+        if not layer.anonymous:
+            refuse_outside(path, layer.realPath, layer.realPath)
+
+
+def refuse_outside(scene: Path, name: str, found: str) -> None:
+    """Refuse a name by which USD finds a file, or a package, outside of the scene's folder."""
+    outer = Ar.SplitPackageRelativePathOuter(found)[0]
+    file, root = Path(str(Ar.GetResolver().Resolve(outer)) or outer), allowed_folder(scene)
+    if file.is_absolute() and not is_below(file, root):  # A relative one does not exist
+        raise InputError(f"{shown(name)} {outside(root)}", scene)
+
+
+def _find(scene: Path, layer: Any, name: str) -> str:
+    """Return what USD opens by a name in a layer, if it may."""
+    if Sdf.VariableExpression.IsExpression(name):
+        raise InputError(f"{shown(name)} is an expression; name the file itself", scene)
+    found = str(Sdf.ComputeAssetPathRelativeToLayer(layer, name))
+    refuse_outside(scene, name, found)
+    return found
+
+
+def _open_layer(scene: Path, found: str) -> Any:
+    """Open a layer; None where there is no such file."""
+    held = Sdf.Layer.Find(found)
+    try:
+        if held and not held.dirty:  # of an earlier stage; the file may have changed
+            held.Reload(force=True)
+        layer = Sdf.Layer.FindOrOpen(found)
+    except Tf.ErrorException:
+        layer = None
+    if layer is None and Ar.GetResolver().Resolve(found):
+        message = _DAMAGED if found == str(scene) else f"{shown(found)} {_DAMAGED}"
+        raise InputError(message, scene)
+    return layer
+
+
+def _clips(layer: Any) -> Iterator[str]:
+    """Yield the names of the value clips of a layer, and of their manifests."""
+    waiting = list(layer.rootPrims)
+    while waiting:
+        prim = waiting.pop()
+        waiting += prim.nameChildren
+        for variants in prim.variantSets.values():
+            waiting += [variant.primSpec for variant in variants.variants.values()]
+        for clips in (prim.GetInfo("clips") if prim.HasInfo("clips") else {}).values():
+            for key, value in clips.items():
+                names = value if key == "assetPaths" else [value]
+                for each in names:
+                    if isinstance(each, Sdf.AssetPath) or key == _TEMPLATE:
+                        yield getattr(each, "path", each)
