@@ -13,7 +13,7 @@ import numpy as np
 from photonmap.errors import InputError
 from photonmap.io.readers import decoding
 from photonmap.io.readers.registry import ReadOptions
-from photonmap.runtime.files import allowed_folder, is_below, named_image, outside
+from photonmap.runtime.files import allowed_folder, is_below, named_file, named_image, outside
 from photonmap.runtime.wording import shown
 from photonmap.scene.images import Channels, read_channels
 from photonmap.spectra.curves import Floats
@@ -94,9 +94,11 @@ class Stage:
             channels = read_channels(file)
             with file.open("rb") as opened:
                 return channels, opened.read(_HEADER)
+        named_file(self.path.parent, Ar.SplitPackageRelativePathOuter(name)[0])
         refuse_outside(self.path, asset.path, name)
         inside = Path(Ar.SplitPackageRelativePathInner(name)[1])
-        data = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(name))
+        found = Ar.ResolvedPath(asset.resolvedPath)  # USD looks up other names elsewhere, too
+        data = Ar.GetResolver().OpenAsset(found) if found else None
         if data is None:
             raise InputError(f"{shown(str(inside))} is not in the package; export it again")
         buffer = data.GetBuffer()
