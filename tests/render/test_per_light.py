@@ -109,3 +109,18 @@ def test_one_group_is_the_whole():
     result = pm.render(BOX, bands="rgb", size=(8, 8), passes=2, per_light=True)
     assert list(result.per_light) == ["light"]
     np.testing.assert_array_equal(result.per_light["light"]["direct"], result.direct)
+
+
+def test_as_many_columns_as_bands_are_still_split_and_merged():
+    """Two equal bands and two groups: two columns, neither of which is a band."""
+    lamps = [pm.PointLight((x, 0.2, 0.6), name=name) for x, name in ((-0.5, "a"), (0.5, "b"))]
+    walls = [
+        pm.Mesh(mesh.vertices, mesh.faces, pm.Material("grey", 0.5), mesh.name)
+        for mesh in BOX.meshes
+        if mesh.name != "light"
+    ]
+    scene, settings = pm.Scene(walls, lamps, BOX.camera), {"bands": 2, "size": 16, "passes": 4}
+    split, whole = (pm.render(scene, per_light=each, **settings) for each in (True, False))
+    assert split.record["effects"]["band_merging"]["why"] == "2 bands have 1 different spectra"
+    assert (split.direct[..., 0] == split.direct[..., 1]).all()
+    assert split.direct.mean((0, 1)) == pytest.approx(whole.direct.mean((0, 1)), rel=0.01)
