@@ -4,7 +4,7 @@ import json
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from os import PathLike
 
@@ -39,6 +39,10 @@ def _one_line(message: str) -> str:
     return line if len(line) <= _LONGEST else line[:_LONGEST] + "..."
 
 
+Line = int | Callable[[], int | None] | None
+"""A line of a file, or what finds it; None where it is not known."""
+
+
 class InputError(ValueError):
     """Input that cannot be rendered, described in one line: file, line, value and remedy.
 
@@ -46,12 +50,13 @@ class InputError(ValueError):
     ----------
     message : what is wrong and what to do about it, one line
     path : the file at fault, if any
-    line : its line, counted from 1, if it is known
+    line : its line, counted from 1, if it is known; or what finds it, where that takes time
     """
 
     def __init__(
-        self, message: str, path: str | PathLike[str] | None = None, line: int | None = None
+        self, message: str, path: str | PathLike[str] | None = None, line: Line = None
     ) -> None:
+        line = line() if callable(line) else line
         self.names_file = path is not None
         place = "" if path is None else f"{path}: " if line is None else f"{path}:{line}: "
         super().__init__(visible(place) + _one_line(message))
@@ -59,7 +64,7 @@ class InputError(ValueError):
 
 @contextmanager
 def naming(
-    owner: str, path: str | PathLike[str] | None = None, line: int | None = None
+    owner: str, path: str | PathLike[str] | None = None, line: Line = None
 ) -> Iterator[None]:
     """Prefix an `InputError` with the name of what is at fault, its file and line."""
     try:

@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 
 from photonmap.commands import BAD_INPUT, INTERRUPTED
 from photonmap.errors import InputError, SceneWarning, visible
+from photonmap.runtime.bounds import lacking
 from photonmap.runtime.terminal import end_by, other_signals_as_ctrl_c, tolerant, tolerant_output
 from photonmap.runtime.wording import suggest
 
@@ -81,8 +82,11 @@ def _run(arguments: list[str]) -> int:
     try:
         with tolerant_output():
             return _dispatch(arguments)
-    except (InputError, OSError, MemoryError) as error:
-        _print(f"error: {str(error) or 'out of memory'}")
+    except (InputError, OSError) as error:
+        _print(f"error: {error}")
+        return BAD_INPUT
+    except MemoryError as error:
+        _print(f"error: needs {lacking(error)}; close other programs, or ask for less")
         return BAD_INPUT
     except KeyboardInterrupt:
         _print("interrupted; nothing written")

@@ -83,6 +83,7 @@ def _in_main_thread() -> bool:
     return threading.current_thread() is threading.main_thread()
 
 
+_STDERR = 2
 _NOBODY_READS = (errno.EPIPE, errno.EIO)
 """The pipe was closed, or the terminal is gone."""
 
@@ -132,6 +133,24 @@ def drawing(stream: TextIO | None) -> TextIO:
     """Return a stream on which no write fails and nothing is escaped: that of a progress bar."""
     bare = stream._stream if isinstance(stream, _Tolerant) else stream
     return cast(TextIO, _Tolerant(bare, draws=True))
+
+
+@contextmanager
+def quiet_libraries() -> Iterator[None]:
+    """Let what libraries in C print on standard error go nowhere: errors are told by exceptions."""
+    try:
+        before = os.dup(_STDERR)
+    except OSError:  # it is closed
+        yield
+        return
+    tolerant(sys.stderr).flush()
+    try:
+        with open(os.devnull, "w") as nowhere:  # noqa: PTH123
+            os.dup2(nowhere.fileno(), _STDERR)
+        yield
+    finally:
+        os.dup2(before, _STDERR)
+        os.close(before)
 
 
 @contextmanager

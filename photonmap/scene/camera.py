@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, Line
 from photonmap.runtime.wording import shown
 from photonmap.scene.parameters import (
     Direction,
@@ -200,7 +200,7 @@ class Camera:
 def check_camera(
     camera: Camera,
     path: str | PathLike[str] | None = None,
-    lines: Mapping[str, int | None] | None = None,
+    lines: Mapping[str, Line] | None = None,
 ) -> Camera:
     """Return a camera of attributes of any type, from a file or from code, with plain floats.
 

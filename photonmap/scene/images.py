@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError, naming
 from photonmap.kernels.core.color import LUMINANCE
+from photonmap.runtime.bounds import check_unpacked, refuse_large
+from photonmap.runtime.terminal import quiet_libraries
 from photonmap.runtime.wording import brief, listed, shown
 from photonmap.spectra.curves import Floats
 from photonmap.spectra.tables import read_bytes
@@ -211,19 +213,25 @@ def read_channels(path: str | PathLike[str]) -> Channels:
     del data
     config = OpenImageIO.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)
-    file = OpenImageIO.ImageInput.open(str(path), config)
+    with quiet_libraries():
+        file = OpenImageIO.ImageInput.open(str(path), config)
     if file is None:
         raise _unreadable(path, OpenImageIO.geterror())
     try:
         spec = file.spec()
         _check_spec(path, spec)
         kind = str(spec.format)
-        pixels = file.read_image(0, 0, 0, spec.nchannels, "uint8" if kind == "uint8" else "float")
+        size = 1 if kind == "uint8" else 4
+        check_unpacked(path, spec.width * spec.height * spec.nchannels * size)
+        with quiet_libraries():
+            pixels = file.read_image(
+                0, 0, 0, spec.nchannels, "uint8" if kind == "uint8" else "float"
+            )
         error = file.geterror()
         if pixels is None or error:
             raise _unreadable(path, error or "no pixels")
-    except MemoryError:
-        raise _unreadable(path, "not enough memory") from None
+    except MemoryError as error:
+        refuse_large(error, path)
     finally:
         file.close()
     shape = (spec.height, spec.width, spec.nchannels)

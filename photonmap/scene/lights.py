@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from photonmap.errors import InputError
+from photonmap.errors import InputError, Line
 from photonmap.runtime.wording import brief, shown
 from photonmap.scene.images import read_panorama, save_panorama
 from photonmap.scene.material import Material
@@ -372,7 +372,7 @@ class AreaLight(Light):
 def check_light(
     light: Any,
     path: str | PathLike[str] | None = None,
-    lines: Mapping[str, int | None] | None = None,
+    lines: Mapping[str, Line] | None = None,
 ) -> Light:
     """Return a light, in plain floats, with all checked but the values of its colour and its image.
 

@@ -6,7 +6,6 @@ Lens distortion is that of OpenCV's formulas, which must not fold the image.
 from __future__ import annotations
 
 import math
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError
+from photonmap.runtime.bounds import read_npz
 from photonmap.runtime.wording import brief
 from photonmap.scene.images import read_channels
 from photonmap.scene.parameters import File, Number, Numbers, Whole, parameters_of
@@ -319,11 +319,11 @@ def save_rays(rays: Any, path: str | PathLike[str]) -> None:
 
 def _read_npz(path: Path) -> Any:
     try:
-        with np.load(path, allow_pickle=False) as file:
-            if isinstance(file, np.ndarray) or _NAME not in file:
-                raise InputError(f"has no array {_NAME!r}; save it as NPZ with this name", path)
-            return file[_NAME]
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        found = read_npz(Path(path), lambda shapes: [_NAME] if _NAME in shapes else [])
+        if not found:
+            raise InputError(f"has no array {_NAME!r}; save it as NPZ with this name", path)
+        return found[_NAME]
+    except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError("is not an NPZ file; save it again", path) from None

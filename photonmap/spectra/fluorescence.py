@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from photonmap.errors import InputError, naming_file
+from photonmap.runtime.bounds import read_npz
 from photonmap.runtime.wording import brief, shown
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import (
@@ -343,11 +344,11 @@ def _bases(bands: Bands) -> tuple[Floats, Floats, Floats]:
 
 
 def _read_npz(path: Path) -> list[Floats]:
-    from io import BytesIO
-
-    data = read_bytes(path)
+    names = ("excitation", "emission", "matrix")
+    read_bytes(path)
     try:
-        with np.load(BytesIO(data)) as file:
-            return [file[name] for name in ("excitation", "emission", "matrix")]
+        return list(read_npz(path, lambda shapes: names).values())
+    except InputError:
+        raise
     except Exception as error:  # what a damaged file raises is not documented
         raise InputError(f"cannot be read ({error}); save arrays {_AXES}") from None

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, naming, naming_file
+from photonmap.runtime.bounds import read_npz
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Floats, SpectrumSet, check_reflectance
 from photonmap.spectra.tables import read_bytes, read_numbers, read_table
@@ -111,7 +112,7 @@ def _tidy(label: str) -> str:
 
 def _read_munsell_npz(path: Path) -> Samples:
     """Read the arrays `R`, `wavelength` and `label`."""
-    data = _load(path, np.load)
+    data = _load(path, lambda data: read_npz(path))
     wavelengths, values = _pick(path, data, 1, "wavelength"), _pick(path, data, 2, "R")
     _check_width(path, "R", values, wavelengths)
     return wavelengths, values, data.get("label", _count(values))
@@ -198,7 +199,7 @@ def _read_text(path: Path) -> tuple[Floats, list[str], NDArray[np.int64]]:
 
 def _read_groups(path: Path) -> tuple[Floats, Floats, list[str]]:
     """Read all arrays (n, K) of an .npz beside `wavelength` (K,)."""
-    data = _load(path, np.load)
+    data = _load(path, lambda data: read_npz(path))
     wavelengths = _pick(path, data, 1, "wavelength")
     groups = {
         name: array.astype(np.float64)
@@ -237,6 +238,8 @@ def _load(path: Path, load: Callable[[BytesIO], Any]) -> dict[str, Any]:
     data = read_bytes(path)
     try:
         return dict(load(BytesIO(data)))
+    except InputError:
+        raise
     except Exception as error:  # what a damaged file raises is not documented
         message = f"cannot be read as {path.suffix} ({error}); save it again"
         raise InputError(message, path) from None

@@ -150,7 +150,7 @@ def judge(code, messages, before, after):
         return "tells no error in one line"
     if len(lines[0]) > 600:
         return "tells an error of many words"
-    if "out of memory" in messages or "Unable to allocate" in messages:
+    if "GB of memory" in messages or "memory than is free" in messages:
         return "asks for far too much memory"
     return "writes files" if before != after else None
 

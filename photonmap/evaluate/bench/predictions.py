@@ -11,7 +11,6 @@ from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from photonmap.errors import InputError, naming_file, warn
 from photonmap.evaluate.bench.measure import LAYERS
 from photonmap.evaluate.methods.method import Estimate, Method, View
 from photonmap.evaluate.metrics.arrays import Floats, real
+from photonmap.runtime.bounds import Shapes, read_npz
 from photonmap.runtime.wording import listed, suggest
 from photonmap.scene.images import decode_srgb
 
@@ -85,11 +85,17 @@ def _read(root: Path, encoding: str, view: View) -> Estimate:
 
 def _read_arrays(path: Path) -> dict[str, Floats]:
     """Read the layers of an NPZ file."""
+    names: list[str] = []
+
+    def choose(shapes: Shapes) -> list[str]:
+        names.extend(shapes)
+        return [name for name in LAYERS if name in shapes]
+
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in LAYERS if name in file}
-            names = list(file)
-    except (OSError, ValueError, BadZipFile) as error:
+        arrays = read_npz(path, choose)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
         raise InputError(f"cannot be read ({error}); write it with numpy.savez", path) from None
     if not arrays:
         raise InputError(

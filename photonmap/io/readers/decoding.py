@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
+from photonmap.runtime.bounds import refuse_large
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.images import Channels, decode_srgb, read_channels
 from photonmap.scene.mesh import Mesh
@@ -25,6 +26,7 @@ _COARSE = 0.01
 """Spacing of positions, relative to the median edge, from which on surfaces look rough"""
 _LIKELY = 4.0
 """Spacings of which all positions are multiples where they were given, and not rounded"""
+_NAMED = 40  # Kinds of things lost that are named
 _MOST = 1 << 16  # Triangles of a mesh whose edges are measured, evenly chosen
 Ints = NDArray[np.int64]
 Losses = dict[str, dict[str, None]]
@@ -50,6 +52,8 @@ def decode_file(path: Path, decode: Callable[[Path, bytes, Losses], Scene]) -> S
             scene = decode(path, data, losses)
     except InputError:
         raise
+    except MemoryError as error:
+        refuse_large(error, path)
     except Exception as error:  # what a damaged file raises is not documented
         text = " ".join(str(error).split())
         reason = f" ({text[:80]})" if text else ""
@@ -65,7 +69,8 @@ def decode_file(path: Path, decode: Callable[[Path, bytes, Losses], Scene]) -> S
         named = [
             f"{what} of {listed(owners)}" if owners else what for what, owners in losses.items()
         ]
-        warn(f"{path}: not simulated: {'; '.join(named)}")
+        more = f"; and {len(named) - _NAMED} more kinds" if len(named) > _NAMED else ""
+        warn(f"{path}: not simulated: {'; '.join(named[:_NAMED])}{more}")
     return scene
 
 

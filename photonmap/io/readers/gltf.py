@@ -18,6 +18,7 @@ from photonmap.errors import InputError
 from photonmap.io.readers import decoding, gltf_document, gltf_materials, meshes
 from photonmap.io.readers.gltf_materials import Textures, Tint, find_placement, read_material
 from photonmap.io.readers.registry import ReadOptions
+from photonmap.runtime.bounds import OF_TRIANGLE
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene import lights
 from photonmap.scene.camera import ALL, NOT_IN_FILES, Camera, check_camera
@@ -184,7 +185,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: decoding.Losses) -> Scene:
     is_glb = path.suffix.lower() == ".glb"
     tree, binary = gltf_document.split_glb(path, data) if is_glb else (data, None)
-    text = bytes(tree).decode("utf-8-sig")
+    text = _whole(bytes(tree).decode("utf-8-sig"))
     gltf = Gltf(path, json.loads(text), binary, options=options, losses=losses)
     _check_gltf(gltf)
     _note_gltf(gltf)
@@ -199,6 +200,12 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: decoding.Loss
             if not is_black(mesh.material.emission):
                 decoding.note_loss(losses, _DIM, mesh.material.name)
     return Scene(meshes, name=path.stem, cameras=cameras, lights=lights)
+
+
+def _whole(text: str) -> str:
+    """Return JSON with U+FFFD for halves of characters, which no file could be named by."""
+    escapes = re.compile(r"\\\\|(?:\\u[dD][89abAB]..\\u[dD][c-fC-F]..)|(\\u[dD][89a-fA-F]..)")
+    return escapes.sub(lambda found: r"\ufffd" if found[1] else found[0], text)
 
 
 def _check_gltf(gltf: Gltf) -> None:
@@ -263,6 +270,8 @@ def _instances(gltf: Gltf) -> Iterator[Mesh]:
             decoding.note_loss(gltf.losses, f"{gltf_document.COPIES} beside a skin", name)
             places = None
         for part, primitive in gltf.parts(node["mesh"]):
+            shown_times = 1 if places is None else len(places)
+            gltf.budget.spend(OF_TRIANGLE * len(part.faces) * shown_times)
             lose = partial(decoding.note_loss, gltf.losses, owner=name)
             part, is_placed = gltf_document.strike_pose(gltf, part, primitive, pose, lose)
             part, material = _paint(gltf, part, primitive.get("material"))

@@ -6,6 +6,7 @@ import base64
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -18,6 +19,7 @@ from photonmap.io.readers.decoding import Ints, Note
 from photonmap.io.readers.gltf_materials import Json, Placement
 from photonmap.io.readers.meshes import Part, unit_rows
 from photonmap.io.readers.registry import extended
+from photonmap.runtime.bounds import OF_TRIANGLE, Budget
 from photonmap.runtime.files import named_file
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import Floats
@@ -27,6 +29,8 @@ _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "
 """NumPy's names of component types."""
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
+_SPARSE = 4
+"""Vertices for each corner of a primitive from which on only those in use are read."""
 _HEAD = 12  # Bytes of a GLB file before its chunks
 
 
@@ -38,6 +42,17 @@ class Document:
     tree: dict[str, Any]  # its JSON
     binary: memoryview | None  # the BIN chunk of a GLB file
     _buffers: dict[int, memoryview] = field(default_factory=dict)
+    _files: dict[Path, bytes] = field(default_factory=dict)
+
+    @cached_property
+    def budget(self) -> Budget:
+        """What nodes and primitives take that share meshes and accessors."""
+        return Budget(self.path)
+
+    @cached_property
+    def _size(self) -> int:
+        """Bytes of all buffers."""
+        return sum(len(self._buffer(i)) for i in range(len(self.tree.get("buffers", []))))
 
     def error(self, message: str) -> InputError:
         """Return an error about this file."""
@@ -63,8 +78,11 @@ class Document:
             )
         return data[begin:end]
 
-    def rows(self, index: int) -> NDArray[Any]:
-        """Return what an accessor describes, (N, C); float64 where integers are normalised."""
+    def rows(self, index: int, at: Ints | None = None) -> NDArray[Any]:
+        """Return what an accessor describes, (N, C), or some of its rows.
+
+        float64 where integers are normalised
+        """
         item = self.item("accessors", index)
         if "bufferView" not in item and "sparse" not in item:
             message = "has compressed vertices, or none, which is not supported"
@@ -72,7 +90,9 @@ class Document:
         kind, columns = np.dtype(_TYPES[item["componentType"]]), _COLUMNS[item["type"]]
         values = self._strided(index, item, kind, columns)
         if "sparse" in item:
+            self.budget.spend(values.nbytes, "what changes rows of others")
             values = self._replaced(index, values, item["sparse"])
+        values = values if at is None else values[at]
         if item.get("normalized") and kind.kind != "f":
             return np.maximum(values / np.float64(np.iinfo(kind).max), -1.0)
         return values
@@ -83,8 +103,7 @@ class Document:
         """Return the rows in the buffer view of an accessor of an index; zeros without one."""
         count = item["count"]
         if "bufferView" not in item:
-            size = sum(len(self._buffer(i)) for i in range(len(self.tree.get("buffers", []))))
-            if not 0 <= count <= size:  # the rows of a mesh take a byte somewhere
+            if not 0 <= count <= self._size:  # the rows of a mesh take a byte somewhere
                 raise self.error(
                     f"accessor {index} announces {count} rows without data; export it again"
                 )
@@ -145,7 +164,10 @@ class Document:
         if uri.startswith("data:"):
             return base64.b64decode(uri.partition(",")[2], validate=True)
         try:
-            return read_bytes(named_file(self.path.parent, unquote(uri)))
+            path = named_file(self.path.parent, unquote(uri))
+            if path not in self._files:
+                self._files[path] = read_bytes(path)
+            return self._files[path]
         except InputError as error:
             raise extended(error, f"; {self.path.name} names it") from None
 
@@ -183,10 +205,19 @@ def read_primitive(document: Document, primitive: Json, placement: Placement, lo
     def rows(name: str, *columns: int) -> Floats | None:
         if name not in attributes:
             return None
-        found = document.rows(attributes[name])
-        if found.shape not in [(count, number) for number in columns]:
+        if document.item("accessors", attributes[name])["count"] != count:
+            raise ValueError(f"{name} has the wrong shape")
+        found = document.rows(attributes[name], used)
+        if found.shape[1] not in columns:
             raise ValueError(f"{name} has the wrong shape")
         return np.array(found, np.float64)
+
+    if "indices" in primitive:
+        corners = document.rows(primitive["indices"])[:, 0].astype(np.int64)
+    else:
+        corners = np.arange(count)
+    document.budget.spend(OF_TRIANGLE // 3 * len(corners))
+    used, corners = _find_used(corners, count)
 
     vertices, normals = rows("POSITION", 3), rows("NORMAL", 3)
     assert vertices is not None
@@ -195,12 +226,8 @@ def read_primitive(document: Document, primitive: Json, placement: Placement, lo
         uv[:, 1] = 1.0 - uv[:, 1]
         uv = placement.turn(uv)
     if colors is not None:  # linear
-        opaque = np.ones((count, 4 - colors.shape[1]))
+        opaque = np.ones((len(colors), 4 - colors.shape[1]))
         colors = np.column_stack([np.clip(colors, 0.0, 1.0), opaque])
-    if "indices" in primitive:
-        corners = document.rows(primitive["indices"])[:, 0].astype(np.int64)
-    else:
-        corners = np.arange(count)
     mode = primitive.get("mode", TRIANGLES)
     if mode == TRIANGLES and (more := len(corners) % 3):
         corners = corners[:-more]
@@ -209,10 +236,24 @@ def read_primitive(document: Document, primitive: Json, placement: Placement, lo
     tangents = None
     if "TANGENT" in attributes and normals is not None:
         tangents = document.rows(attributes["TANGENT"]).astype(np.float64)
-        if tangents.shape != (count, 4):
+        tangents = tangents if used is None or len(tangents) != count else tangents[used]
+        if tangents.shape != (len(vertices), 4):
             lose("tangents of another shape than (x, y, z, w)")
             tangents = None
-    return Part(vertices, faces, normals, uv, colors, tangents)
+    return Part(vertices, faces, normals, uv, colors, tangents, used)
+
+
+def _find_used(corners: Ints, count: int) -> tuple[Ints | None, Ints]:
+    """Return the rows, of `count`, that corners use, and the corners among these.
+
+    None is all of them: many primitives may share accessors of which each uses a part.
+    """
+    if len(corners) * _SPARSE >= count or not len(corners) or corners.min() < 0:
+        return None, corners
+    if corners.max() >= count:
+        return None, corners
+    used, among = np.unique(corners, return_inverse=True)
+    return used, among
 
 
 def _triangles(corners: Ints, mode: int) -> Ints:
@@ -319,8 +360,8 @@ def strike_pose(
     for index in range(len(attributes)):
         if f"JOINTS_{index}" not in attributes:
             break
-        joints = document.rows(attributes[f"JOINTS_{index}"]).astype(np.int64)
-        shares = document.rows(attributes[f"WEIGHTS_{index}"]).astype(np.float64)
+        joints = document.rows(attributes[f"JOINTS_{index}"], part.rows).astype(np.int64)
+        shares = document.rows(attributes[f"WEIGHTS_{index}"], part.rows).astype(np.float64)
         for joint, share in zip(joints.T, shares.T, strict=True):
             blended += share[:, None, None] * pose.bones[joint]
             total += share
@@ -355,7 +396,7 @@ def _morphed(
             lose(f"morphing of {listed(sorted(others))}")
         for name, rows in moved.items():
             if weight != 0.0 and name in target and rows is not None:
-                along = rows[:, :3] + weight * document.rows(target[name])
+                along = rows[:, :3] + weight * document.rows(target[name], part.rows)
                 moved[name] = np.column_stack([along, rows[:, 3:]])
     vertices, normals, tangents = moved.values()
     if normals is not part.normals:

@@ -137,6 +137,7 @@ class Part:
     uv: Floats | None = None  # (V, 2) or None, v upwards
     colors: Floats | None = None  # linear: of vertices (V, 3), or faces (F, 1, 3)
     tangents: Floats | None = None  # (V, 4) or None, as in `Mesh`
+    rows: Ints | None = None  # (V,) of a file's vertices, those that these are; None for all
 
 
 def cut_polygons(

@@ -22,6 +22,7 @@ from photonmap.io.readers.mitsuba_bsdfs import is_one_sided, read_material
 from photonmap.io.readers.mitsuba_colors import combined, read_paint, read_plain
 from photonmap.io.readers.mitsuba_nodes import Context, Node, load_nodes, once
 from photonmap.io.readers.registry import ReadOptions
+from photonmap.runtime.bounds import OF_TRIANGLE, check_unpacked
 from photonmap.runtime.files import allowed_folder
 from photonmap.runtime.wording import shown, suggest
 from photonmap.scene import lights
@@ -286,6 +287,7 @@ def _mesh(node: Node, name: str, outer: Floats) -> Mesh:
     shape's own transformation turns them over if it mirrors.
     """
     local, own, material = _part(node), node.transform(), _material(node)
+    node.context.budget.spend(OF_TRIANGLE * len(local.faces))
     part = meshes.move(local, outer @ own)
     is_wound = node.type == "sphere"
     node.read.add("face_normals")  # has no effect on shapes whose normals are known
@@ -370,7 +372,7 @@ def read_serialized(path: Path, index: int) -> meshes.Part:
         if magic != _MAGIC or version not in _OFFSETS:
             raise InputError("is not a .serialized file of version 3 or 4; export it again", path)
         start = _begin(path, data, version, index) if index else 0
-        return _unpack(data[start + _HEADER :], is_named=version > min(_OFFSETS))
+        return _unpack(path, data[start + _HEADER :], is_named=version > min(_OFFSETS))
     except InputError:
         raise
     except (struct.error, zlib.error, ValueError):
@@ -378,7 +380,7 @@ def read_serialized(path: Path, index: int) -> meshes.Part:
         raise InputError(message, path) from None
 
 
-def _unpack(packed: bytes, is_named: bool) -> meshes.Part:
+def _unpack(path: Path, packed: bytes, is_named: bool) -> meshes.Part:
     """Return a mesh that is compressed, of which no more is unpacked than it has to have."""
     stream = zlib.decompressobj()
     data = stream.decompress(packed, 4 + _LONGEST_NAME + 16)
@@ -392,6 +394,7 @@ def _unpack(packed: bytes, is_named: bool) -> meshes.Part:
     more = corners_at + 3 * triangles * whole.itemsize - len(data)
     if more > _MOST * len(packed):
         raise ValueError
+    check_unpacked(path, more, len(packed))
     if more > 0:
         data += stream.decompress(stream.unconsumed_tail, more)
     values = np.frombuffer(data, real, vertices * sum(widths), at + 16)

@@ -7,6 +7,7 @@ import os.path
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 from xml.parsers import expat
@@ -17,6 +18,7 @@ from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Losses, note_loss, unused_name
 from photonmap.io.readers.meshes import side_axes
 from photonmap.io.readers.registry import MissingTextures
+from photonmap.runtime.bounds import Budget
 from photonmap.runtime.files import is_below, outside
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.parameters import Vector, unit
@@ -225,6 +227,11 @@ class Context:
     losses: Losses  # takes what is not simulated
     folders: list[Path] = field(default_factory=list)  # others, in which `<path>` has files sought
     names: dict[str, set[str]] = field(default_factory=dict)  # in use, by kind
+
+    @cached_property
+    def budget(self) -> Budget:
+        """What its shapes take: one in the file may be of many triangles, or shown often."""
+        return Budget(self.scene)
 
     def find(self, element: Element, name: str) -> Path:
         """Return a file beside the one that names it, beside the scene, or in a further folder."""

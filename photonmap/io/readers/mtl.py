@@ -221,7 +221,7 @@ def _parse_color(line: _Statement, parameter: Colored) -> Color:
 
 def _parse_text(line: _Statement, parameter: Colored, text: str) -> Color:
     """Parse a colour that is named, or stands in a file beside this one."""
-    with naming(line.keyword, line.source.path, line.source.line_number(line.offset)):
+    with naming(line.keyword, line.source.path, lambda: line.source.line_number(line.offset)):
         return parameter.parse(text, line.source.path.parent)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,8 @@ SUFFIXES = (".obj",)
 
 _KEYWORD = "s"
 _OFF = ("", "0", "off")  # What stands behind the keyword where faces are flat
+_NAMED = 8  # MTL files that are not there, named one by one
+_SPARSE = 64  # Numbers of vertices for each that is used, from which on a table of all is too long
 
 
 def read(path: Path, options: ReadOptions) -> Scene:
@@ -112,7 +115,7 @@ def _build_mesh(lines: ObjLines, corners: NDArray[np.int32], name: str, material
 
 def _distinct(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], Ints]:
     """Return the distinct rows of three indices in ascending order, and which one each row is."""
-    if not rows[:, 1:].any():
+    if not rows[:, 1:].any() and int(rows[:, 0].max()) < _SPARSE * len(rows):
         used = np.zeros(int(rows[:, 0].max()) + 1, np.bool_)
         used[rows[:, 0]] = True
         distinct = np.zeros((np.count_nonzero(used), 3), np.int32)
@@ -137,13 +140,18 @@ def _find_materials(
     """
     wanted = [name for name in used if name]
     materials: dict[str, Material] = {}
-    known: set[Path] = set()
+    needed, known = set(wanted), set[str | Path]()
+    lost: dict[str, int] = {}
     for offset, keyword, names in lines.states:
-        if keyword == "mtllib":
-            for path in _find_libraries(source, offset, names):
-                if path not in known:
-                    known.add(path)
-                    materials = {**read_mtl(path, missing_textures, wanted), **materials}
+        if keyword != "mtllib" or names in known:
+            continue
+        known.add(names)
+        for path in _find_libraries(source, offset, names, lost):
+            if path not in known:
+                known.add(path)
+                for name, material in read_mtl(path, missing_textures, needed).items():
+                    materials.setdefault(name, material)
+    _warn_of_lost(source, lost)
     if missing := [name for name in wanted if name not in materials]:
         remedy = f"; {suggest(missing[0], materials)}" if materials else ""
         warn(
@@ -153,21 +161,33 @@ def _find_materials(
     return materials | {name: Material(name) for name in missing} | {"": Material()}
 
 
-def _find_libraries(source: Source, offset: int, names: str) -> Iterator[Path]:
+def _find_libraries(
+    source: Source, offset: int, names: str, lost: dict[str, int]
+) -> Iterator[Path]:
+    """Yield the MTL files of a line; what is not there is entered with the line's offset."""
     folder = source.path.parent
-    with naming("mtllib", source.path, source.line_number(offset)):
+    with naming("mtllib", source.path, lambda: source.line_number(offset)):
         chosen = [names] if _find(folder, names) else names.split()
         found = {name: _find(folder, name) for name in chosen}
     for name, path in found.items():
         if path is None:
-            remedy = suggest(name, sorted(p.name for p in folder.glob("*.[mM][tT][lL]")))
-            warn(
-                str(source.error(f"MTL file {shown(name)} is not beside the OBJ; {remedy}", offset))
-            )
+            lost.setdefault(name, offset)
         elif not path.stat().st_size:
             warn(str(source.error(f"MTL file {shown(name)} is empty; export it again", offset)))
         else:
             yield path
+
+
+def _warn_of_lost(source: Source, lost: dict[str, int]) -> None:
+    """Name the MTL files that are not there, the first few of them."""
+    if not lost:
+        return
+    known = sorted(each.name for each in source.path.parent.glob("*.[mM][tT][lL]"))
+    for name, offset in islice(lost.items(), _NAMED):
+        problem = f"MTL file {shown(name)} is not beside the OBJ; {suggest(name, known)}"
+        warn(str(source.error(problem, offset)))
+    if len(lost) > _NAMED:
+        warn(f"{source.path}: {len(lost) - _NAMED} more MTL files are not beside the OBJ")
 
 
 def _find(folder: Path, name: str) -> Path | None:
@@ -195,7 +215,8 @@ def _drop_colors(path: Path, meshes: list[Mesh]) -> list[Mesh]:
             f"{path}: colours of vertices are not used in {len(lost)} of {len(meshes)} "
             f"meshes, whose material has textures or is glass: {names}"
         )
-    return [replace(mesh, colors=None) if mesh in lost else mesh for mesh in meshes]
+    dropped = set(map(id, lost))
+    return [replace(mesh, colors=None) if id(mesh) in dropped else mesh for mesh in meshes]
 
 
 def _warn_of_losses(path: Path, lines: ObjLines, owners: Ints) -> None:

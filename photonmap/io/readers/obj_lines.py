@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,13 @@ class Source:
 
     def line_number(self, offset: int) -> int:
         """Return the line of the file, from 1, at a byte offset of `text`."""
-        return self.text.count(b"\n", 0, offset) + self.text.count(_JOINED, 0, offset)
+        return int(np.searchsorted(self._ends, offset))
+
+    @cached_property
+    def _ends(self) -> Ints:
+        """Where the lines of the file end, whose numbers may be asked for often."""
+        text = np.frombuffer(self.text, np.uint8)
+        return np.flatnonzero((text == _NEWLINE) | (text == _JOINED))
 
     def error(self, message: str, offset: int) -> InputError:
         """Return an error about what stands at a byte offset of `text`."""

@@ -71,8 +71,8 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
 
 def _split_lines(data: bytes) -> list[_Line]:
     rows = enumerate(data.decode("utf-8-sig", "replace").splitlines(), start=1)
-    lines = [_Line(number, text.partition("#")[0].split()) for number, text in rows]
-    return [line for line in lines if line.words]
+    lines = ((number, text.partition("#")[0].split()) for number, text in rows)
+    return [_Line(number, words) for number, words in lines if words]
 
 
 def _strip_header(path: Path, lines: list[_Line]) -> None:

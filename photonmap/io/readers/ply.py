@@ -200,8 +200,12 @@ def _read_header(lines: list[list[str]], order: str) -> dict[str, Element]:
     element = Element(0)
     for keyword, *words in lines:
         if keyword == "element":
+            if words[0] in elements or not words[1].isdecimal():
+                raise ValueError(f"{shown(' '.join(words))} is no element, or is there twice")
             elements[words[0]] = element = Element(int(words[1]))
         elif keyword == "property":
+            if words[-1] in element.kinds:
+                raise ValueError(f"property {shown(words[-1])} is there twice")
             names = words[1:-1] if words[0] == "list" else words[:1]
             kinds = tuple(np.dtype(order + _TYPES[name]) for name in names)
             element.kinds[words[-1]] = kinds
@@ -209,6 +213,8 @@ def _read_header(lines: list[list[str]], order: str) -> dict[str, Element]:
 
 
 def _read_rows(stream: _Stream, element: Element) -> None:
+    if not element.kinds:  # rows of nothing take no room, however many are announced
+        return
     starts, sizes = _find_even(stream, element) or _find_uneven(stream, element)
     for name, (*length, kind) in element.kinds.items():
         places = starts[name]

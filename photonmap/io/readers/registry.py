@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from photonmap.errors import InputError
 from photonmap.io import readers
+from photonmap.runtime.bounds import naming_large
 
 if TYPE_CHECKING:
     from photonmap.scene.scene import Scene
@@ -76,7 +77,8 @@ def read_file(path: str | PathLike[str], options: ReadOptions | None = None) -> 
     path = Path(path)
     read = find_reader(path)
     try:
-        return read(path, options or ReadOptions())
+        with naming_large(path):
+            return read(path, options or ReadOptions())
     except ValueError as error:
         if isinstance(error, InputError) and error.names_file:
             raise

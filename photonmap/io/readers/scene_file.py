@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import MISSING, fields, replace
+from functools import partial
 from glob import escape
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from photonmap.errors import InputError, naming, warn
+from photonmap.errors import InputError, Line, naming, warn
 from photonmap.io.readers import registry
 from photonmap.io.readers.toml import Toml, parse_value, read_toml
+from photonmap.runtime.bounds import naming_large
 from photonmap.runtime.files import named_file, reading_below
 from photonmap.runtime.wording import listed, shown, suggest
 from photonmap.scene.camera import Camera, check_camera
@@ -45,6 +47,7 @@ _BLACK = (0.0, (0.0, 0.0, 0.0))
 _OF_BODIES = ("abbe", "dispersion", "priority", "outside")  # Attributes that only solid glass has
 _OBJECT = "object"
 _MESH = "mesh"
+_NAMED = 20  # Keys without effect that are named one by one
 _SECTIONS = (_MESH, _CAMERA, _MATERIAL, _OBJECT, _LIGHT)
 
 
@@ -87,7 +90,7 @@ def load_scene(
     InputError : the file is of an unknown kind, or it or one it refers to cannot be read
     """
     path = Path(path)
-    with reading_below(root, path):
+    with reading_below(root, path), naming_large(path):
         return read(path, registry.ReadOptions(missing_textures))
 
 
@@ -138,7 +141,7 @@ def _mesh_path(path: Path, toml: Toml) -> Path:
         return _mesh_beside(path) if path.suffix.lower() == registry.SCENE_SUFFIX else path
     if not isinstance(named, str):
         raise toml.error(f'mesh {shown(named)} is not a name; write mesh = "FILE.obj"', _MESH)
-    with naming(_MESH, toml.path, toml.line(_MESH)):
+    with naming(_MESH, toml.path, lambda: toml.line(_MESH)):
         mesh = named_file(toml.path.parent, named)
     if mesh.suffix.lower() == registry.SCENE_SUFFIX:
         raise toml.error(f"mesh {shown(named)} is a scene file; name the file of its mesh", _MESH)
@@ -166,21 +169,32 @@ def read_cameras(toml: Toml) -> list[Camera]:
         section = toml.section("[camera]", _CAMERA_KEYS, _CAMERA)
         return _read_camera(toml, "[camera]", section, _CAMERA)
     cameras: list[Camera] = []
+    owners: list[tuple[str | int, ...]] = []
     for index, section in enumerate(sections):
         at = (_CAMERA, index)
         if not isinstance(section, dict):
             raise toml.error("camera is not a section; write [[camera]] above its keys", _CAMERA)
         toml.check_known(_CAMERA_KEYS, "[[camera]] key", *at)
         cameras += _read_camera(toml, "[[camera]]", section, *at)
-        if len(sections) > 1:
-            with toml.naming(*at, *(["name"] * ("name" in section))):
-                check_names(cameras)
+        owners += [(*at, *(["name"] * ("name" in section)))] * (len(cameras) - len(owners))
+    if len(sections) > 1:
+        _check_names(toml, cameras, owners)
     return cameras
+
+
+def _check_names(toml: Toml, cameras: list[Camera], owners: list[tuple[str | int, ...]]) -> None:
+    """Refuse cameras without names of their own; the error names the line of the first."""
+    try:
+        check_names(cameras)
+    except InputError:
+        for count, owner in enumerate(owners, start=1):
+            with toml.naming(*owner):
+                check_names(cameras[:count])
 
 
 def _read_camera(toml: Toml, label: str, section: dict[str, Any], *at: str | int) -> list[Camera]:
     """Read one section; two cameras where it has a baseline."""
-    lines = {key: toml.line(*at, key) for key in section}
+    lines: dict[str, Line] = {key: partial(toml.line, *at, key) for key in section}
     values = {key: value for key, value in section.items() if key != _BASELINE}
     for key, parameter in parameters_of(Camera).items():
         if isinstance(parameter, Part) and key in values:
@@ -209,10 +223,12 @@ def read_lights(toml: Toml) -> list[Light]:
     if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
         raise toml.error(f"light is not a section; write {_LIGHT_LABEL} above its keys", _LIGHT)
     lights = [_read_light(toml, index, section) for index, section in enumerate(sections)]
+    names: set[str] = set()
     for index, light in enumerate(lights):
-        if light.name and light.name in (other.name for other in lights[:index]):
+        if light.name in names:
             problem = f"two lights are named {light.name!r}; give each its own name"
             raise toml.error(problem, _LIGHT, index, "name")
+        names.update([light.name] * bool(light.name))
     return lights
 
 
@@ -231,10 +247,10 @@ def _read_light(toml: Toml, index: int, section: dict[str, Any]) -> Light:
     required = {field.name for field in fields(light) if field.default is MISSING}
     toml.check_known(("type", *attributes), f"{kind} light key", *at)
     values: dict[str, Any] = {}
-    lines: dict[str, int | None] = dict.fromkeys(parameters, toml.line(*at))
+    lines: dict[str, Line] = dict.fromkeys(parameters, partial(toml.line, *at))
     for key, attribute in attributes.items():
         if key in section:
-            lines[attribute] = toml.line(*at, key)
+            lines[attribute] = partial(toml.line, *at, key)
             with naming(f"{_LIGHT_LABEL} {key}", toml.path, lines[attribute]):
                 values[attribute] = parse_value(
                     parameters[attribute], section[key], toml.path.parent
@@ -257,6 +273,7 @@ def change_materials(meshes: list[Mesh], toml: Toml) -> list[Mesh]:
     changed = {
         key: _change(material, toml) for key, material in used.items() if material.name in sections
     }
+    _warn_of_idle(toml, {material.name: material for material in changed.values()})
     result = []
     for mesh in meshes:
         if id(mesh.material) in changed:
@@ -293,7 +310,7 @@ def _change(material: Material, toml: Toml) -> Material:
     for key, value in section.items():
         if key == _METALLIC:
             continue
-        with naming(f"{label} {key}", toml.path, toml.line(*at, key)):
+        with naming(f"{label} {key}", toml.path, partial(toml.line, *at, key)):
             parameter = parameters[attributes[key]]
             parsed = parse_value(parameter, value, toml.path.parent)
             given[attributes[key]] = parameter.check(parsed) if type(parameter) is Part else parsed
@@ -313,15 +330,29 @@ def _change(material: Material, toml: Toml) -> Material:
             key = parameters[attribute].key or attribute
             raise toml.error(f"{label} {key}: {problem}", *at, key)
     if _METALLIC in section:
-        with naming(f"{label} {_METALLIC}", toml.path, toml.line(*at, _METALLIC)):
+        with naming(f"{label} {_METALLIC}", toml.path, partial(toml.line, *at, _METALLIC)):
             share = parse_value(FRACTION, section[_METALLIC], toml.path.parent)
             changed = _partly_metal(changed, share, given.get("glossy", USUAL_COAT))
     _check_layers(changed, toml, section)
-    for key in section:
-        reason = _find_idle(changed, attributes[key]) if key in attributes else ""
-        if reason and given[attributes[key]] != getattr(Material, attributes[key]):
-            warn(str(toml.error(f"{label} {key} has no effect on {reason}", *at, key)))
     return changed
+
+
+def _warn_of_idle(toml: Toml, changed: dict[str, Material]) -> None:
+    """Warn of keys that have no effect on their material: the first few with their lines."""
+    parameters = parameters_of(Material)
+    attributes = {parameter.key or name: name for name, parameter in parameters.items()}
+    found = [
+        (name, key, reason)
+        for name, material in changed.items()
+        for key in toml.sections[_MATERIAL][name]
+        if (attribute := attributes.get(key)) and (reason := _find_idle(material, attribute))
+        if getattr(material, attribute) != getattr(Material, attribute)
+    ]
+    for name, key, reason in found[:_NAMED]:
+        message = f"[material.{name}] {key} has no effect on {reason}"
+        warn(str(toml.error(message, _MATERIAL, name, key)))
+    if len(found) > _NAMED:
+        warn(f"{toml.path}: {len(found) - _NAMED} more keys have no effect on their material")
 
 
 def _find_idle(material: Material, attribute: str) -> str:

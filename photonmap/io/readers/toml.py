@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields
@@ -23,6 +24,10 @@ from photonmap.spectra.fluorophores import read_fluorophores
 
 _PLACED = ("scale", "offset", "clamp", "nearest")
 _NUMBERS = ("roughness", "metallic fraction", "concentration")  # Of which images are linear
+
+_DEEPEST = 100  # Parts of a key; tomllib takes time with the square of their number
+_KEY = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
+_DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{_KEY}\.[ \t]*+){{{_DEEPEST}}}")
 
 
 @dataclass(frozen=True)
@@ -52,9 +57,13 @@ class Toml:
 
     def _find(self, pattern: str, at: int) -> int | None:
         """Find where a pattern begins, from an offset on, outside of comments."""
-        for found in re.compile(pattern).finditer(self.text, at):
+        sought = re.compile(pattern)
+        while found := sought.search(self.text, at):
             if "#" not in self.text[self.text.rfind("\n", 0, found.start()) + 1 : found.start()]:
                 return found.start()
+            at = self.text.find("\n", found.start())
+            if at < 0:
+                break
         return None
 
     def _header(self, name: str, index: int) -> int | None:
@@ -231,6 +240,9 @@ def read_toml(path: Path) -> Toml:
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise InputError("is not in UTF-8; save it in that encoding", path, line) from None
+    if deep := _DEEP_KEY.search(text):
+        line = text.count("\n", 0, deep.start()) + 1
+        raise InputError(f"has a key of more than {_DEEPEST} parts; correct it", path, line)
     try:
         return Toml(path, text, tomllib.loads(text))
     except (ValueError, RecursionError) as error:
@@ -244,8 +256,9 @@ def read_toml(path: Path) -> Toml:
 def _why_twice(text: str) -> str | None:
     """Return what is wrong with sections of one name, at least one of which stands alone."""
     headers = re.findall(r"^[ \t]*(\[\[?)[ \t]*([\w.-]+)[ \t]*\]", text, re.MULTILINE)
+    counts = Counter(name for _, name in headers)
     for name in dict.fromkeys(name for bracket, name in headers if bracket == "["):
-        count = sum(other == name for _, other in headers)
+        count = counts[name]
         if count > 1:
             both = ("[[", name) in headers
             written = f"both [{name}] and [[{name}]]" if both else f"[{name}] {count} times"

@@ -15,12 +15,13 @@ from functools import cached_property, reduce
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from photonmap.errors import InputError, naming
+from photonmap.runtime.bounds import Shapes, check_unpacked, read_npz
+from photonmap.runtime.terminal import quiet_libraries
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.images import Image
 from photonmap.scene.textures import Texture
@@ -262,7 +263,7 @@ def read_spectral_image(path: Path) -> SpectralImage:
         raise InputError("there is no such file; check its name", path)
     try:
         image = _read_npz(path) if path.suffix.lower() == ".npz" else _read_envi(path)
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
+    except (OSError, ValueError, KeyError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"cannot be read ({error}); write it again", path) from None
@@ -286,7 +287,9 @@ def read_indices(path: Path) -> NDArray[np.int32]:
     kind = str(spec.format)
     if kind not in ("uint8", "uint16", "uint32"):
         raise InputError(f"holds {kind}; indices are whole numbers, as in a grey PNG", path)
-    pixels = file.read_image(0, 0, 0, spec.nchannels, kind)
+    check_unpacked(path, spec.width * spec.height * spec.nchannels * 4)
+    with quiet_libraries():
+        pixels = file.read_image(0, 0, 0, spec.nchannels, kind)
     file.close()
     if pixels is None:
         raise InputError(f"is damaged ({OpenImageIO.geterror() or 'unknown reason'})", path)
@@ -298,16 +301,18 @@ def read_indices(path: Path) -> NDArray[np.int32]:
 
 
 def _read_npz(path: Path) -> SpectralImage:
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
-        cubes = [array for array in arrays.values() if array.ndim == 3]
-        if "wavelengths" not in arrays or len(cubes) != 1:
+    def choose(shapes: Shapes) -> list[str]:
+        cubes = [name for name, shape in shapes.items() if len(shape) == 3]
+        if "wavelengths" not in shapes or len(cubes) != 1:
             raise InputError(
-                f"holds {listed(arrays) or 'nothing'}; it needs 'wavelengths' (L,) in nm "
+                f"holds {listed(shapes) or 'nothing'}; it needs 'wavelengths' (L,) in nm "
                 "and one array (H, W, L)",
                 path,
             )
-        return SpectralImage(arrays["wavelengths"].astype(np.float64), cubes[0])
+        return ["wavelengths", *cubes]
+
+    wavelengths, cube = read_npz(path, choose).values()
+    return SpectralImage(wavelengths.astype(np.float64), cube)
 
 
 def _read_envi(path: Path) -> SpectralImage:
