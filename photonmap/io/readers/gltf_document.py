@@ -299,6 +299,9 @@ def find_copies(document: Document, node: Json) -> list[Floats] | None:
     if content is None:
         return None
     attributes = content.get("attributes", {})
+    for index in attributes.values():  # so that a copy takes bytes in the file
+        if "bufferView" not in document.item("accessors", index):
+            raise document.error(f"{COPIES} has accessor {index} without data; export it again")
     rows = {name.lower(): document.rows(index) for name, index in attributes.items()}
     counts = {len(values) for values in rows.values()}
     if len(counts) != 1:

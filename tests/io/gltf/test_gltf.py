@@ -107,12 +107,15 @@ def test_copies_of_instancing(tmp_path, copies, names, outer, kind):
         ({}, "node 'part': EXT_mesh_gpu_instancing needs attributes of one count, and has none"),
         ({"SCALE": 0, "TRANSLATION": 1}, "of one count, and has attributes of 2 and 3 rows"),
         ({"TRANSLATION": 7}, "names accessors 7, but has"),
+        ({"_ID": 3}, "EXT_mesh_gpu_instancing has accessor 3 without data; export it again"),
     ],
 )
 def test_copies_that_are_refused(read, build, attributes, message):
     build.add(np.ones((2, 3)))
     build.add(np.ones((3, 3)))
     build.primitive()
+    zeros = {"type": "SCALAR", "componentType": 5126, "count": 60, "sparse": {"count": 0}}
+    build.tree["accessors"].append(zeros)
     build.tree["nodes"][0]["extensions"] = {COPIES: {"attributes": attributes}}
     with pytest.raises(InputError, match=message):
         read("a.glb", build.glb())
