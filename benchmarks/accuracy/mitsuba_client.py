@@ -24,6 +24,8 @@ OLDEST_LLVM = 16
 """With 15, it ends where conductors are."""
 UNLIMITED, ONLY_LAMPS, ONE_BOUNCE = -1, 1, 2
 """Maximum path depths."""
+DENOISED = "denoised"
+"""In place of a depth: unlimited, and filtered by Open Image Denoise."""
 
 
 class Mitsuba:
@@ -91,7 +93,7 @@ class Mitsuba:
         self._folder.cleanup()
 
     def render(
-        self, samples: int, seed: int, depth: int = UNLIMITED
+        self, samples: int, seed: int, depth: int | str = UNLIMITED
     ) -> tuple[NDArray[np.float32], float]:
         """Return (H, W, 3) radiance from so many samples per pixel, and the seconds it took."""
         file = Path(self._folder.name) / "image.npy"

@@ -4,7 +4,8 @@ It knows nothing of photonmap. It renders Mitsuba's own Cornell box in the way t
 made, or a case in which an object or the light is replaced: SIZE×SIZE, box filter, independent
 sampler, path tracer without a depth limit (Russian roulette from depth 5), two-sided surfaces. It
 prints one JSON line when it is ready. Then, for each line `DEPTH SAMPLES SEED FILE` on stdin, it
-renders, writes FILE and prints {"seconds": …, "processor": …}.
+renders, writes FILE and prints {"seconds": …, "processor": …}. With DEPTH "denoised" it renders
+albedo and normals too, with up to 16 samples, and Open Image Denoise filters the image (`pyoidn`).
 
 FILE.xml is any other scene, and so is FILE.json, as `mitsuba_export` writes it: a dictionary for
 `mi.load_dict` in which {"look_at": […]} stands for a transformation, and {"array": FILE.npy} for a
@@ -20,6 +21,7 @@ import mitsuba as mi
 import numpy as np
 
 SIZE = 256
+FEATURE_SAMPLES = 16
 
 
 def ball(x, y, z, bsdf):
@@ -108,6 +110,13 @@ def load_scene(node):
     return {name: load_scene(part) for name, part in node.items()}
 
 
+def denoise(image, features):
+    """Return an image without its noise; `features` are its albedo and normals, (H, W, 6)."""
+    import pyoidn
+
+    return pyoidn.denoise(image, albedo=features[..., :3], normal=features[..., 3:], hdr=True)
+
+
 def main():
     """Render on request until stdin ends."""
     mi.set_variant(sys.argv[1])
@@ -121,17 +130,22 @@ def main():
     else:
         scene = mi.load_dict(make_scene(*sys.argv[3:4], *map(int, sys.argv[4:])))
     integrators = {
-        depth: mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 5})
-        for depth in (-1, 1, 2)
+        str(depth): {"type": "path", "max_depth": depth, "rr_depth": 5} for depth in (-1, 1, 2)
     }
+    integrators["features"] = {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"}
+    integrators = {name: mi.load_dict(each) for name, each in integrators.items()}
+
+    def render(name, samples, seed):
+        return np.array(mi.render(scene, integrator=integrators[name], spp=samples, seed=seed))
+
     print(json.dumps({"version": mi.__version__, "threads": dr.thread_count()}), flush=True)
     for line in sys.stdin:
         depth, samples, seed, file = line.split()
         start, processor = time.perf_counter(), time.process_time()
-        image = mi.render(
-            scene, integrator=integrators[int(depth)], spp=int(samples), seed=int(seed)
-        )
-        image = np.array(image)
+        samples, seed, is_denoised = int(samples), int(seed), depth == "denoised"
+        image = render("-1" if is_denoised else depth, samples, seed)
+        if is_denoised:
+            image = denoise(image, render("features", min(samples, FEATURE_SAMPLES), seed))
         seconds, processor = time.perf_counter() - start, time.process_time() - processor
         np.save(file, image)
         print(json.dumps({"seconds": seconds, "processor": processor}), flush=True)

@@ -14,7 +14,7 @@ from photonmap.dataset.scenes.build import build_scene
 
 Vector = tuple[float, float, float]
 
-SQUARE, WIDE = (128, 128), (160, 120)
+SQUARE, WIDE = (256, 256), (320, 240)
 """Sizes of images: of boxes, and of rooms from the data sets."""
 ROOMS = ("living_room", "kitchen", "library", "pottery")
 GREY = pm.Material("grey", (0.6, 0.6, 0.6))

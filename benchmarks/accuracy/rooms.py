@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import photonmap as pm
 from benchmarks.accuracy.cornell import LEVELS, MARK, Point, shown, time_to
-from benchmarks.accuracy.mitsuba_client import LLVM, SCALAR, Mitsuba, start_mitsuba
+from benchmarks.accuracy.mitsuba_client import DENOISED, LLVM, SCALAR, Mitsuba, start_mitsuba
 from benchmarks.accuracy.mitsuba_export import export_scene
 from benchmarks.accuracy.room_scenes import scenes
 from benchmarks.harness import ours
@@ -35,6 +35,8 @@ LEAST = 1
 PATH_PASSES = 4
 SAMPLES, RENDERS = 64, 4
 """Samples per pixel of one Mitsuba render, and number of renders."""
+DENOISED_SAMPLES = (1, 4, 16, 64, 256)
+"""Samples per pixel of renders that are denoised: their error does not fall as 1 / time."""
 SCALAR_TO_LLVM = 3.2
 """Mitsuba's scalar path tracer to the one compiled for vectors: docs/performance.md."""
 
@@ -59,6 +61,12 @@ class Ours:
     """by kind, a pixel and pass,"""
     microseconds: float
     """and what such a pixel takes"""
+    truth: NDArray[np.float64]
+    """(V, N) radiance of valid pixels in the longest render,"""
+    noise: float
+    """and its relMSE without the bias"""
+    calibration: list[Cell]
+    """of `SOME` passes against the longest: within 1.96 standard errors, beyond 5, blocks' worst"""
 
 
 @dataclass
@@ -76,7 +84,10 @@ class Compared:
     """why there is none"""
     rays: dict[str, float]
     microseconds: float
+    calibration: list[Cell]
     """as in `Ours`"""
+    denoised: list[Point]
+    """processor seconds and relMSE of Mitsuba's denoised renders, by `DENOISED_SAMPLES`; or none"""
 
 
 def run(options: Options) -> list[Table]:
@@ -84,22 +95,38 @@ def run(options: Options) -> list[Table]:
     found = []
     for name, (make, usual) in _choose(options.scenes).items():
         found.append(_compare(name, make(), options.size or usual, options))
-        ratios = ", ".join(f"{ratio:.3g}" for ratio in found[-1].ratios)
-        print(f"rooms: {', '.join(map(str, found[-1].times))}; ratios {ratios}", flush=True)
+        texts = ", ".join(f"{ratio:.3g}" for ratio in found[-1].ratios)
+        print(f"rooms: {', '.join(map(str, found[-1].times))}; ratios {texts}", flush=True)
     levels = [f"{level:.0e}" for level in LEVELS]
     variant = found[0].variant
     title = f"rooms: processor seconds to a relMSE, RGB, {variant or 'without Mitsuba'}"
     times = Table(title, ["scene", *levels, "bias / error", "mean − Mitsuba's", "±"])
     times.rows = [each.times for each in found]
     times.notes = _notes(options, variant, found[0].reason)
+    who = ("path", "Mitsuba", "Mitsuba, denoised or not")
     ratios = Table(
         "rooms: times as many processor seconds as photon mapping",
-        ["scene", *(f"{who}, {level}" for who in ("path", "Mitsuba") for level in levels)],
+        ["scene", *(f"{each}, {level}" for each in who for level in levels)],
     )
     ratios.rows = [[each.name, *each.ratios] for each in found]
     means = map(statistics.geometric_mean, zip(*(each.ratios for each in found), strict=True))
     ratios.rows.append(["geometric mean", *means])
-    return [times, ratios, _rays(found)]
+    return [times, ratios, _denoised(found), _calibrated(found), _rays(found)]
+
+
+def _denoised(found: list[Compared]) -> Table:
+    """Return what denoising leaves of the error: it stops falling."""
+    columns = [f"{count} {what}" for count in DENOISED_SAMPLES for what in ("spp, s", "relMSE")]
+    table = Table("rooms: Mitsuba with Open Image Denoise (albedo, normals)", ["scene", *columns])
+    for each in found:
+        table.rows.append([each.name, *(part for point in each.denoised for part in point)])
+    return table
+
+
+def _calibrated(found: list[Compared]) -> Table:
+    columns = ["scene", "within 1.96 standard errors", "beyond 5", "indirect light, worst 8×8"]
+    rows: list[list[Cell]] = [[each.name, *each.calibration] for each in found]
+    return Table(f"rooms: errors that {SOME} passes state, against the longest", columns, rows)
 
 
 def _rays(found: list[Compared]) -> Table:
@@ -134,18 +161,23 @@ def _compare(name: str, scene: pm.Scene, size: tuple[int, int], options: Options
 
     times: list[Cell] = [name, *(shown(*each) for each in spent), f"{own.bias:.0%}"]
     ratios = over(path_cost(scene, settings))
+    about_rays = own.rays, own.microseconds, own.calibration
     with tempfile.TemporaryDirectory() as folder:
         file, power = export_scene(scene, size, Path(folder))
         other = start_mitsuba(options, file)
         if isinstance(other, str):
-            return Compared(
-                name, [*times, None, None], ratios, "", other, own.rays, own.microseconds
-            )
+            return Compared(name, [*times, None, None], ratios, "", other, *about_rays, [])
         with other:
             cost, mean, error = measure_mitsuba(other, own.valid, power)
+            denoised = measure_denoised(other, own, power)
+    ratios += over(cost)
+    ratios += [
+        min(ratio, time_to_denoised(level, denoised) / each)
+        for level, (each, _), ratio in zip(LEVELS, spent, over(cost), strict=True)
+    ]
     times += [f"{own.mean / mean - 1.0:+.2%}", f"{math.hypot(error, own.mean_error):.2%}"]
     variant = f"Mitsuba {other.version}, {other.variant} path"
-    return Compared(name, times, ratios + over(cost), variant, "", own.rays, own.microseconds)
+    return Compared(name, times, ratios, variant, "", *about_rays, denoised)
 
 
 def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
@@ -174,7 +206,20 @@ def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
     bias = (record["bias"] or 0.0) / record["error"]
     worth = (SOME + sum(map(is_repeated, range(SOME)))) * valid.size
     rays = {kind: count / worth for kind, count in some.record["rays_by_kind"].items()}
-    return Ours(points, bias, float(truth.mean()), spread, valid, rays, 1e6 * spent / worth)
+    return Ours(
+        points, bias, float(truth.mean()), spread, valid, rays, 1e6 * spent / worth, truth, noise,
+        _calibration(some, last, valid),
+    )  # fmt: skip
+
+
+def _calibration(some: pm.Result, last: pm.Result, valid: NDArray[np.bool_]) -> list[Cell]:
+    """Return how far `some` is from `last` in their standard errors: see `Ours.calibration`."""
+    error = np.hypot(some.standard_error("radiance"), last.standard_error("radiance"))[valid]
+    far = np.abs(some.radiance - last.radiance)[valid] / np.maximum(error, 1e-30)
+    own, others = some.block_error("indirect"), last.block_error("indirect")
+    apart = np.abs(some.block_mean("indirect") - last.block_mean("indirect"))
+    worst = (apart / np.maximum(np.hypot(own, others), 1e-30)).max()
+    return [f"{(far < 1.96).mean():.1%}", f"{(far > 5.0).mean():.4%}", float(worst)]
 
 
 def _render(scene: pm.Scene, **settings: Any) -> tuple[pm.Result, float]:
@@ -205,6 +250,30 @@ def measure_mitsuba(
     error = math.sqrt(variance.sum() / RENDERS) / mean.sum()
     cost = statistics.mean(seconds) * float(relative_squares(variance, mean).mean())
     return cost, float(mean.mean()), error
+
+
+def measure_denoised(other: Mitsuba, own: Ours, power: float) -> list[Point]:
+    """Return processor seconds and relMSE of denoised renders; none where they cannot be made."""
+    points = []
+    for samples in DENOISED_SAMPLES:
+        try:
+            image, _ = other.render(samples, 1, DENOISED)
+        except RuntimeError as error:
+            print(f"rooms: not denoised: {str(error).strip().splitlines()[-1]}", flush=True)
+            return []
+        squares = (image[own.valid].astype(float) * power - own.truth) ** 2
+        found = float(relative_squares(squares, own.truth).mean()) - own.noise
+        points.append((other.processor, found))
+    return points
+
+
+def time_to_denoised(level: float, points: list[Point]) -> float:
+    """Return the seconds to a relMSE, infinite where no budget reaches it."""
+    reached = [at for at, (_, error) in enumerate(points) if error <= level]
+    if not reached:
+        return math.inf
+    first = reached[0]
+    return points[0][0] if first == 0 else time_to(level, points[first - 1 : first + 1], LEAST)[0]
 
 
 def _notes(options: Options, variant: str, reason: str) -> list[str]:
