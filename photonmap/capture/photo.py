@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -20,7 +19,7 @@ from photonmap.io.png import encode_png
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.results.files import write_json
 from photonmap.results.preview import as_bytes
-from photonmap.runtime.files import check_output_folder
+from photonmap.runtime.writing import check_output_folder, drafts_beside
 from photonmap.scene.images import write_image
 from photonmap.spectra.observer import observer
 
@@ -126,9 +125,8 @@ def save_photo(photo: Photo, folder: str | PathLike[str]) -> list[Path]:
     OSError : writing fails
     """
     place = check_output_folder(folder, "the photo")
-    place.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=place) as made:
-        part = Path(made)
+    size = sum(image.nbytes for image in (photo.raw, photo.demosaiced, photo.truth))
+    with drafts_beside(place, size, place) as part:
         write_photo(photo, part)
         for name in (DNG, *(f"{stem}{end}" for stem in (RAW, DEMOSAICED) for end in _SUFFIXES)):
             if not (part / name).exists():

@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
     from photonmap.evaluate.report.gallery import Gallery
     from photonmap.evaluate.report.page import check_jinja, write_report
     from photonmap.evaluate.report.tables import as_text
-    from photonmap.runtime.files import check_output_folder
+    from photonmap.runtime.writing import check_output_folder
 
     check_jinja()
     _choose_images(options)

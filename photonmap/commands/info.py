@@ -47,20 +47,21 @@ def run(options: argparse.Namespace) -> None:
 
 def _write_thumbnail(scene: Scene, path: Path) -> None:
     """Render a scene in RGB for some seconds, and write a small PNG."""
-    from photonmap.io.png import write_png
+    from photonmap.io.png import encode_png
     from photonmap.render import render
-    from photonmap.report.files import replacing
+    from photonmap.runtime.writing import replacing
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)  # they are in the description
         result = render(scene, bands="rgb", buffers={"radiance", "emission"}, **_THUMBNAIL)
-    with replacing(path) as draft:
-        write_png(result.preview(), draft)
+    data = encode_png(result.preview())
+    with replacing(path, len(data)) as draft:
+        draft.write_bytes(data)
 
 
 def _name_thumbnail(options: argparse.Namespace) -> Path | None:
     """Return where to write the picture, checked; None for none."""
-    from photonmap.runtime.files import check_writable
+    from photonmap.runtime.writing import check_file, check_length
 
     if options.thumbnail is None:
         return None
@@ -68,7 +69,8 @@ def _name_thumbnail(options: argparse.Namespace) -> Path | None:
     path = Path(options.thumbnail or scene.with_name(f"{scene.stem}-thumbnail.png"))
     if path.suffix.lower() != ".png":
         raise InputError("the name of the thumbnail must end in .png", path)
+    check_length(path)
     if not path.parent.is_dir():
         raise InputError(f"the folder {path.parent} does not exist; create it", path)
-    check_writable(path.parent, path)
+    check_file(path)
     return path

@@ -27,13 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Write the page."""
     from photonmap.errors import InputError
-    from photonmap.runtime.files import check_writable
+    from photonmap.runtime.writing import check_file
     from photonmap.viewer.page import load_for_page, write_page
 
     page = Path(options.output or Path(options.file).with_suffix(".html"))
-    if page.suffix.lower() != ".html" or page.is_dir():
+    if page.suffix.lower() != ".html":
         raise InputError("the name of the page must end in .html, as in box.html", page)
-    check_writable(page.parent, page)
+    check_file(page)
     files = [file for file in (options.file, options.other) if file is not None]
     results = [load_for_page(file, options.buffers) for file in files]
     write_page(results, [Path(file).name for file in files], page, options.buffers)

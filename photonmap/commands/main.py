@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import atexit
+import errno
 import re
 import sys
 import textwrap
@@ -19,6 +20,7 @@ from photonmap.errors import InputError, SceneWarning, visible
 from photonmap.runtime.bounds import lacking
 from photonmap.runtime.terminal import end_by, other_signals_as_ctrl_c, tolerant, tolerant_output
 from photonmap.runtime.wording import suggest
+from photonmap.runtime.writing import too_long
 
 DEFAULT = "render"
 """The command where the first argument names none."""
@@ -83,7 +85,7 @@ def _run(arguments: list[str]) -> int:
         with tolerant_output():
             return _dispatch(arguments)
     except (InputError, OSError) as error:
-        _print(f"error: {error}")
+        _print(f"error: {_in_words(error)}")
         return BAD_INPUT
     except MemoryError as error:
         _print(f"error: needs {lacking(error)}; close other programs, or ask for less")
@@ -91,6 +93,13 @@ def _run(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         _print("interrupted; nothing written")
         return INTERRUPTED
+
+
+def _in_words(error: Exception) -> str:
+    """Return what an error says, of the system's own for names in our words."""
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        return too_long(str(error.filename or "a file"))
+    return str(error)
 
 
 def _print(line: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,14 +43,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int | None:
     """Render, write the files, and print what came out; after Ctrl-C, of the complete passes."""
-    from photonmap.results.files import check_output
+    from photonmap.results.files import check_apart, check_output
 
     output, source = shared.name_output(options), shared.choose_scene(options)
     check_output(output, options.buffers)
     if options.camera != ALL:
-        return _render(options, source, output)
-    for view in replace(source, view=None).views(options.size):
-        if code := _render(options, view, shared.add_name(output, view.view)):
+        outputs = [(source, output)]
+    else:
+        views = replace(source, view=None).views(options.size)
+        outputs = [(view, shared.add_name(output, view.view)) for view in views]
+    checkpoints = [_name_checkpoint(options, view, file) for view, file in outputs]
+    for _, file in outputs:
+        check_output(file, options.buffers)
+    for checkpoint, (_, file) in product(filter(None, checkpoints), outputs):
+        check_apart(checkpoint, file)
+    for view, file in outputs:
+        if code := _render(options, view, file):
             return code
     return None
 

@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
     from photonmap.capture.expose import expose, find_response
     from photonmap.capture.photo import save_photo
     from photonmap.results.result import load_result
-    from photonmap.runtime.files import check_output_folder
+    from photonmap.runtime.writing import check_output_folder
 
     sensor = _sensor(options)
     find_response(sensor)  # which would name an image for what is wrong with the camera

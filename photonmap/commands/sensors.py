@@ -59,8 +59,8 @@ _FILES: list[shared.Row] = [
 
 def run(options: argparse.Namespace) -> None:
     """Measure, print the tables and write the files."""
-    from photonmap.report.files import check_file
     from photonmap.report.plots import check_plot
+    from photonmap.runtime.writing import check_file
     from photonmap.sensors.comparison import compare_bands
     from photonmap.sensors.report import write_errors, write_plot
 

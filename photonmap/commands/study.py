@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int | None:
     """Measure, and write study.html, study.csv and the plots; after Ctrl-C, what there is."""
     _check_packages()
-    from photonmap.runtime.files import check_output_folder
+    from photonmap.runtime.writing import check_output_folder
     from photonmap.study.run_study import run_study
 
     folder = check_output_folder(options.output or f"{Path(options.scene).stem}-study", "the study")

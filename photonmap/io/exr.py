@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing
 from functools import cache
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
 Images = dict[str, NDArray[Any]]
 Projector = Callable[[NDArray[Any]], NDArray[np.float32]]
 """Projects lines of radiance (h, W, N) onto linear sRGB, (h, W, 3)."""
-
-FULL_DISK = 100e6  # Free bytes on a disk below which a write error may mean that it is full
 
 _RGB = ("R", "G", "B")
 _ERROR, _BLOCK_ERROR = ERROR_ENDINGS
@@ -138,6 +135,10 @@ def write_exr(
     of pixels, as in "indirect.error8", which are smaller images.
 
     halves : names of the parts to write in half precision
+
+    Raises
+    ------
+    OSError : the file cannot be written; a part of it may be there
     """
     import OpenImageIO
 
@@ -164,9 +165,7 @@ def write_exr(
                 done = done and file.write_scanlines(first, first + len(lines), 0, lines)
                 first += len(lines)
         if not (done and file.close()):
-            free = shutil.disk_usage(Path(path).parent).free  # of which OpenEXR says nothing
-            full = f" ({free / 1e6:.1f} MB are free there)" if free < FULL_DISK else ""
-            raise OSError(f"cannot write {Path(path).name}: {file.geterror()}{full}")
+            raise OSError(file.geterror())
 
 
 def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) -> Contents:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.report.files import check_file
+from photonmap.runtime.writing import check_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

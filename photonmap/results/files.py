@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
@@ -17,14 +16,15 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from photonmap.buffers import check_buffers
+from photonmap.buffers import BY_NAME, check_buffers
 from photonmap.errors import InputError
 from photonmap.io.envi import write_envi
 from photonmap.io.exr import Contents, Images, Projector, name_errors, write_exr
 from photonmap.io.png import write_png
 from photonmap.results.labels import describe_array, make_dataset
 from photonmap.results.preview import Preview
-from photonmap.runtime.files import check_writable
+from photonmap.runtime.checkpoint import is_checkpoint
+from photonmap.runtime.writing import check_length, check_writable, drafts_beside
 
 Writer = Callable[[Contents, Path, Projector], list[Path]]
 """Writes the contents to a file of its suffix, and perhaps to others beside it; returns them."""
@@ -114,11 +114,38 @@ def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None
     check_buffers(buffers)
     path = Path(path)
     _check_format(path)
-    for file in (path, path.with_suffix(".png"), path.with_suffix(".json")):
+    for file in _files_of(path):
+        check_length(file)
         if file.is_dir():
             raise InputError("this is a folder; remove it or choose another name", file)
+        if is_checkpoint(file):
+            raise InputError("this is a checkpoint; remove it or choose another name", file)
+    if _is_envi(path):
+        longest = max(BY_NAME if buffers is None else buffers, key=len, default="")
+        check_length(path.with_name(f"{path.stem}-{longest}.error8.hdr"))
     check_writable(path.parent, path)
     return path
+
+
+def _files_of(path: Path) -> list[Path]:
+    """Return the files that are written for an output."""
+    ends = [path.suffix, ".png", ".json", *([".hdr", ".img"] if _is_envi(path) else [])]
+    return [path.with_suffix(end) for end in dict.fromkeys(ends)]
+
+
+def _is_envi(path: Path) -> bool:
+    return WRITERS.get(path.suffix.lower()) is _write_envi
+
+
+def check_apart(checkpoint: Path, path: str | PathLike[str]) -> None:
+    """Check that a checkpoint is none of the files that `save_all` writes for an output."""
+    place, image = checkpoint.resolve(), Path(path)
+    taken = place in [file.resolve() for file in _files_of(image)]
+    if _is_envi(image) and place.parent == image.resolve().parent:  # of each buffer
+        taken |= place.name.startswith(f"{image.stem}-") and place.suffix in (".hdr", ".img")
+    if taken:
+        problem = f"the checkpoint would be overwritten by the output {image}"
+        raise InputError(f"{problem}; choose another name for one of them", checkpoint)
 
 
 def save_all(
@@ -132,13 +159,14 @@ def save_all(
     The suffix chooses the format, as `photonmap.results.files` lists them. The folder is made if it
     is missing. The JSON is the record, with the exposure of the PNG and the seconds that writing
     the images took. `to_rgb` projects radiance for the OpenEXR's viewers; `preview` makes the PNG,
-    None for none. What cannot be written there is an `InputError`; writing may raise `OSError`.
+    None for none. What cannot be written there is an `InputError`; a disk without room is an
+    `OSError` that names the file, the bytes it needs and what to do.
     """
     path = check_output(path)
     record, start = contents.record, time.perf_counter()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
-        image = Path(folder) / path.name
+    size = sum(image.nbytes for image in _arrays(contents).values())
+    with drafts_beside(path, size) as folder:
+        image = folder / path.name
         written = [image.with_suffix(".json")]
         if preview is not None:
             shown = preview()

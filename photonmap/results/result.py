@@ -31,6 +31,7 @@ from photonmap.results.labels import Arrays, Groups
 from photonmap.results.plots import Plots
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import listed, shown
+from photonmap.runtime.writing import removing_part
 from photonmap.spectra.bands import Bands
 
 
@@ -312,7 +313,8 @@ class Result(Plots):
         OSError : writing fails
         """
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        write_exr(self._contents, path, self.projector(), halves)
+        with removing_part(path, sum(image.nbytes for image in self.arrays.values())):
+            write_exr(self._contents, path, self.projector(), halves)
 
     def save_layers(self, path: str | PathLike[str], white: White = SCENE) -> None:
         """Write all buffers as layers of one OpenEXR in linear sRGB, for compositors.
@@ -332,7 +334,9 @@ class Result(Plots):
         """
         colors = {name: self.rgb(name, white=white) for name in self.buffers if is_banded(name)}
         others = {name: image for name, image in self.buffers.items() if not is_banded(name)}
-        write_layers(colors, others, path)
+        size = sum(image.nbytes for image in (*colors.values(), *others.values()))
+        with removing_part(path, size):
+            write_layers(colors, others, path)
 
     @property
     def _contents(self) -> Contents:

@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError, warn
-from photonmap.runtime.files import check_writable
 from photonmap.runtime.fingerprint import difference
 from photonmap.runtime.wording import shown
+from photonmap.runtime.writing import check_length, check_writable
 
 EVERY = 60.0
 """Seconds between saves, at least."""
@@ -44,18 +44,30 @@ def check_checkpoint(path: str | PathLike[str]) -> Path:
     if not isinstance(path, str | PathLike):
         raise InputError(f"checkpoint {shown(path)} is not the name of a file")
     path = Path(path)
+    check_length(_part_of(path))
     if path.is_dir():
         raise InputError("the checkpoint is a folder; choose another name", path)
     check_writable(path.parent, path)
     try:
-        if path.exists() and path.stat().st_size:
-            with path.open("rb") as file:
-                if file.read(len(MAGIC)) != MAGIC:
-                    raise InputError("this is not a checkpoint; choose another name", path)
+        if path.exists() and path.stat().st_size and not is_checkpoint(path):
+            raise InputError("this is not a checkpoint; choose another name", path)
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"cannot read the checkpoint ({reason}); choose another", path) from None
     return path
+
+
+def is_checkpoint(path: Path) -> bool:
+    """Return whether a file is there, and begins as checkpoints do."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
+
+
+def _part_of(path: Path) -> Path:
+    """Return the file that is written beside a checkpoint, and then takes its place."""
+    return path.with_name(f".{path.name}.part")
 
 
 class Checkpoint:
@@ -116,7 +128,7 @@ class Checkpoint:
         self._next = time.monotonic() + max(EVERY, spent / MOST_SHARE)
 
     def _write(self, arrays: Arrays, state: dict[str, Any]) -> None:
-        part = self.path.with_name(f".{self.path.name}.part")
+        part = _part_of(self.path)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         try:
             with part.open("wb") as file:

@@ -1,9 +1,8 @@
-"""Which files may be opened, those that scenes name, and which can be written."""
+"""Which files may be opened: those that scenes name."""
 
 from __future__ import annotations
 
 import os.path
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -79,31 +78,3 @@ def outside(root: Path) -> str:
         f"lies outside of the folder {root}; "
         "copy it there, or name a folder that holds all files by --root (root=...)"
     )
-
-
-FULL = ("No space left", "MB are free there", "quota exceeded")
-"""What the messages of a full disk have in them, OpenEXR's among them."""
-
-
-def check_writable(folder: Path, wanted: Path) -> None:
-    """Check that a folder can be written to, or made; `InputError` names the wanted file if not."""
-    nearest = next(each for each in (folder, *folder.absolute().parents) if each.exists())
-    try:
-        with tempfile.TemporaryFile(dir=nearest):  # permissions alone do not suffice
-            pass
-    except OSError as error:
-        reason = error.strerror or error
-        message = f"cannot write to the folder {nearest} ({reason}); choose another"
-        raise InputError(message, wanted) from None
-
-
-def check_output_folder(path: str | PathLike[str], contents: str) -> Path:
-    """Return the path of a folder that can be written to, or made; any other is an `InputError`.
-
-    `contents` are what it is for, as in "the data set".
-    """
-    folder = Path(path)
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"this is a file; choose a folder for {contents}", folder)
-    check_writable(folder, folder)
-    return folder

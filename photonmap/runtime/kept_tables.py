@@ -43,9 +43,12 @@ def kept_on_disk(
                 file.parent.mkdir(parents=True, exist_ok=True)
                 if len(list(file.parent.iterdir())) < MOST:
                     part = file.with_suffix(f".{os.getpid()}")
-                    with part.open("wb") as draft:
-                        np.save(draft, table)
-                    part.replace(file)  # whole or not at all
+                    try:
+                        with part.open("wb") as draft:
+                            np.save(draft, table)
+                        part.replace(file)  # whole or not at all
+                    finally:
+                        part.unlink(missing_ok=True)
             return table
 
         return cast(Callable[Values, Table], cache(find))

@@ -7,8 +7,8 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from photonmap.report import plots
-from photonmap.report.files import replacing
 from photonmap.report.tables import aligned, write_csv
+from photonmap.runtime.writing import replacing
 from photonmap.sensors.comparison import METHODS, BestRow, ColorRow
 from photonmap.sensors.interreflection import ErrorRow
 

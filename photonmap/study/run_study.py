@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from photonmap.film.budget import LEAST_PASSES
-from photonmap.report.files import written_together
 from photonmap.report.pages import render_page
 from photonmap.report.plots import as_svg, save_figure
 from photonmap.report.tables import write_csv
 from photonmap.runtime.terminal import answering_interrupts
+from photonmap.runtime.writing import written_together
 from photonmap.study import convergence, measure
 from photonmap.study.convergence import BUFFER, PATH, TARGETS, Findings, Law, Power
 from photonmap.study.errors import BUFFERS, CAPTIONS, REFERENCE_BANDS, Kind, color_bar

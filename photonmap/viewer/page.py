@@ -15,12 +15,12 @@ import numpy as np
 from photonmap.buffers import BY_NAME, Buffer, row_of, split_name
 from photonmap.errors import InputError
 from photonmap.io.exr import list_parts, read_exr
-from photonmap.report.files import replacing
 from photonmap.report.pages import stylesheet
 from photonmap.report.plots import COLORS
 from photonmap.results.colors import AS_IT_IS, SCENE
 from photonmap.results.result import Result
 from photonmap.runtime.wording import suggest
+from photonmap.runtime.writing import replacing
 from photonmap.version import __version__
 from photonmap.viewer.packing import find_scale, pack_errors, pack_numbers, pack_values
 
@@ -88,8 +88,9 @@ def write_page(
     }
     for key, text in parts.items():
         page = page.replace(f"<!--{key}-->", text, 1)
-    with replacing(path) as part:
-        part.write_text(page, encoding="utf-8")
+    data = page.encode()
+    with replacing(path, len(data)) as part:
+        part.write_bytes(data)
 
 
 def _check(results: Sequence[Result]) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +66,21 @@ def test_objects_are_read_as_linear(mit):
         np.testing.assert_allclose(ratio, ratio.flat[0], rtol=1e-3)
         assert len(shot.view.relit) == 2
         assert np.isnan(shot.view.relit[0][0, 0]).all()
+
+
+@pytest.mark.parametrize("name", ["cup", "cup/shading.png", "cup/light01.png"])
+def test_links_stay_inside(mit, tmp_path, name):
+    """Within the folder they are followed, as unpacked archives may have them."""
+    folder = shutil.copytree(mit, tmp_path / "data")
+    (folder / "kept").mkdir()
+    (folder / name).rename(folder / "kept" / "it")
+    (folder / name).symlink_to(folder / "kept" / "it")
+    assert len(list(MitSet(folder).shots())) == 2
+    (folder / "kept" / "it").rename(tmp_path / "outside")
+    (folder / name).unlink()
+    (folder / name).symlink_to(tmp_path / "outside")
+    with pytest.raises(InputError, match=rf"'{name}\S*' is a link that leaves"):
+        list(MitSet(folder).shots())
 
 
 def test_retinex_solves_them(mit, tmp_path):

@@ -15,6 +15,7 @@ from photonmap.io.exr import channel_names, sensitivity_texts
 from photonmap.results import files as output
 from photonmap.results.files import check_output
 from photonmap.results.result import Result, load_result
+from photonmap.runtime import writing
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum
 
@@ -256,7 +257,7 @@ def test_a_failure_leaves_what_was_there(broken, error, tmp_path, monkeypatch):
 def test_a_failure_in_the_middle_of_the_image_leaves_nothing(tmp_path):
     result = make()
     result.errors["direct"] = np.empty((H, W, 5), np.float32)  # a band too few
-    with pytest.raises(OSError, match=r"cannot write image\.exr: .* wrong size"):
+    with pytest.raises(OSError, match=r"cannot write /.*/image\.exr \(.* wrong size"):
         result.save(tmp_path / "image.exr")
     assert list(tmp_path.iterdir()) == []
 
@@ -264,7 +265,7 @@ def test_a_failure_in_the_middle_of_the_image_leaves_nothing(tmp_path):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
 def test_a_full_disk_is_an_error(tmp_path):
     (tmp_path / "image.exr").symlink_to("/dev/full")
-    with pytest.raises(OSError, match=r"cannot write image\.exr: "):
+    with pytest.raises(OSError, match=r"cannot write /.*/image\.exr \("):
         make().save_exr(tmp_path / "image.exr")
 
 
@@ -300,7 +301,7 @@ def test_a_folder_that_takes_no_files_is_refused(tmp_path, monkeypatch):
     def refuse(**_):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(output.tempfile, "TemporaryFile", refuse)
+    monkeypatch.setattr(writing.tempfile, "TemporaryFile", refuse)
     with pytest.raises(InputError, match=r"cannot write to the folder .* \(Permission denied\)"):
         check_output(tmp_path / "image.exr")
 

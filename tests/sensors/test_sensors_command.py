@@ -9,7 +9,8 @@ import pytest
 
 from photonmap.commands import sensors as command
 from photonmap.errors import InputError
-from photonmap.report import files, plots
+from photonmap.report import plots
+from photonmap.runtime import writing
 
 
 def run(*arguments):
@@ -122,7 +123,7 @@ def test_labels_move_apart():
 
 def test_a_broken_write_leaves_nothing(tmp_path):
     (tmp_path / "x.csv").write_text("old")
-    with pytest.raises(FileNotFoundError), files.replacing(tmp_path / "x.csv") as part:
+    with pytest.raises(FileNotFoundError), writing.replacing(tmp_path / "x.csv") as part:
         part.with_name("y").rename(part)
     assert (tmp_path / "x.csv").read_text() == "old"
     assert len(list(tmp_path.iterdir())) == 1

@@ -16,9 +16,8 @@ from typing import Any
 from photonmap.dataset.files.inside import check_inside, inside
 from photonmap.dataset.files.schema import GROWN_HEAD_KINDS, HEAD_KINDS, misfits
 from photonmap.errors import InputError, warn
-from photonmap.report.files import replacing
-from photonmap.runtime.files import check_output_folder
 from photonmap.runtime.wording import enumerated, shown
+from photonmap.runtime.writing import check_output_folder, naming_written, replacing
 from photonmap.spectra.curves import EXTRAPOLATE
 from photonmap.spectra.sensitivities import table_of
 
@@ -239,8 +238,9 @@ def write_lines(folder: Path, entries: Iterable[dict[str, Any]]) -> None:
 
 def append_line(folder: Path, entry: dict[str, Any]) -> None:
     """Append the entry of an image."""
-    with (folder / LINES).open("a", encoding="utf-8") as file:
-        file.write(json.dumps(entry, ensure_ascii=False) + "\n")
+    line = json.dumps(entry, ensure_ascii=False) + "\n"
+    with naming_written(folder / LINES, len(line)), (folder / LINES).open("ab") as file:
+        file.write(line.encode())
 
 
 @contextmanager
@@ -273,8 +273,9 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def _write_atomically(path: Path, text: str) -> None:
-    with replacing(path) as part:
-        part.write_text(text, encoding="utf-8")
+    data = text.encode()
+    with replacing(path, len(data)) as part:
+        part.write_bytes(data)
 
 
 INPUTS = "inputs"

@@ -74,6 +74,7 @@ def digest(digits: int) -> Kind:
 TEXT = Kind(lambda value: isinstance(value, str), "a text")
 FLAG = Kind(lambda value: isinstance(value, bool), "true or false")
 _NUMBER, _LENGTH, _SHARE = number(), number(0.0), number(0.0, 1.0)
+_SECONDS = number(0.0, 1e9)  # 30 years: sums and differences of several stay finite
 _SIZE = [whole(1, 2**20)] * 2
 _BANDS = Maybe([_NUMBER, ...])
 _MATRIX = [[_NUMBER, ...], ...]
@@ -109,8 +110,8 @@ ENTRY_KINDS = {
     "warnings": _NAMES, "full": Later(FLAG), "buffers": Later(Maybe(_NAMES)),
     "arrays": Table(digest(16)),
     "photo": Later(Maybe({"time_s": _LENGTH, "saturated": _SHARE, "negative": _SHARE})),
-    "files": Table(digest(64)), "cpu_seconds": _LENGTH,
-    "seconds": dict.fromkeys(("build", "compile", "render", "write"), _LENGTH),
+    "files": Table(digest(64)), "cpu_seconds": _SECONDS,
+    "seconds": dict.fromkeys(("build", "compile", "render", "write"), _SECONDS),
 }  # fmt: skip
 """Of an image; `dataset verify` compares the values."""
 HEAD_KINDS = {"format": TEXT, "images": _NAMES}

@@ -19,7 +19,7 @@ from photonmap.dataset.jobs.render_image import select_measured_sets
 from photonmap.dataset.scenes.views import SIDES, View
 from photonmap.errors import InputError
 from photonmap.integrators.look import Onlooker
-from photonmap.report.files import replacing
+from photonmap.runtime.writing import replacing
 from photonmap.scene.camera import Camera
 from photonmap.scene.projections import RayMap
 

@@ -28,6 +28,7 @@ from photonmap.dataset.scenes.view_search import find_camera
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.scene_file import load_scene
 from photonmap.results.record import describe_measured_sets
+from photonmap.runtime.writing import replacing
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import mean_color
@@ -174,9 +175,9 @@ def copy_inputs(folder: Path, jobs: Sequence[Job], sensor: Sensor | None) -> Non
     for role, text in sorted(texts):
         if (path := table_of(text)) is not None:
             target = inside(folder, kept_as(role, path))
-            target.parent.mkdir(parents=True, exist_ok=True)
             if not target.is_file() or target.read_bytes() != path.read_bytes():
-                shutil.copyfile(path, target)
+                with replacing(target, path.stat().st_size) as draft:
+                    shutil.copyfile(path, draft)
 
 
 def input_finder(folder: Path, scenes: str | os.PathLike[str] | None = None) -> Find:

@@ -18,9 +18,9 @@ from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
 from photonmap.dataset.jobs.render_image import ENTRY, Task, hearing, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_fastest, run_tasks
 from photonmap.errors import warn
-from photonmap.runtime.files import FULL
 from photonmap.runtime.wording import enumerated
 from photonmap.runtime.workers import AUTO
+from photonmap.runtime.writing import FULL
 
 Entries = dict[str, dict[str, Any]]
 _NOT_BEGUN = "not rendered, as the disk is full; free some space, and continue with --resume"

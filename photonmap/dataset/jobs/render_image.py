@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -19,6 +18,7 @@ from photonmap.dataset.files import derived_buffers
 from photonmap.dataset.files.image_files import add_photo, hash_files, list_files, write_image
 from photonmap.dataset.files.lean import rendered_for
 from photonmap.dataset.files.manifest import check_code
+from photonmap.dataset.files.schema import ENTRY_KINDS, misfits
 from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.job_scene import make_scene, pieces_in
 from photonmap.dataset.jobs.plan import Job
@@ -28,6 +28,7 @@ from photonmap.film.budget import LEAST_PASSES
 from photonmap.results.files import write_json
 from photonmap.results.result import Result
 from photonmap.runtime.progress import STAGES, Silent
+from photonmap.runtime.writing import drafts_beside
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.settings import DATASET, taken_by
@@ -84,8 +85,8 @@ def _render_image(task: Task) -> dict[str, Any]:
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
     result = derived_buffers.with_derived(result, scene, pieces_in(job, scene))
     rgb = derived_buffers.as_rgb(result, job.common.rgb)
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=data_set) as made:
-        folder = Path(made) / job.name
+    with drafts_beside(data_set / job.name) as made:
+        folder = made / job.name
         folder.mkdir()
         arrays = write_image(folder, result, rgb, task.formats, task.full, task.buffers)
         entry = _describe(job.relative_to(data_set), scene, result, rgb) | {
@@ -104,7 +105,7 @@ def _render_image(task: Task) -> dict[str, Any]:
         }
         entry["cpu_seconds"] = time.process_time() - used
         write_json(entry, folder / ENTRY)
-        _replace_folder(data_set / job.name, folder, Path(made))
+        _replace_folder(data_set / job.name, folder, made)
     return entry
 
 
@@ -243,14 +244,21 @@ def _bands(values: Any) -> list[float]:
     return [round(float(value), 6) for value in values]
 
 
+_TIMES = {name: ENTRY_KINDS[name] for name in ("seconds", "cpu_seconds")}
+
+
 def read_entry(folder: Path) -> dict[str, Any] | None:
-    """Return an image's entry if its files have the hashes in it; other files do not matter."""
+    """Return an image's entry if its files have the hashes in it, and its seconds are in range.
+
+    Other files do not matter.
+    """
     entry = load_entry(folder)
     with suppress(OSError, InputError):  # such as a file outside the folder
         if (
             entry
             and entry.get("name") == folder.name
             and entry["files"] == hash_files(folder, entry["files"])
+            and not any(misfits(entry, _TIMES))
         ):
             return entry
     return None

@@ -5,9 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
-import shutil
 import tarfile
-import tempfile
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -34,8 +32,8 @@ from photonmap.dataset.publication.publish import (
 )
 from photonmap.errors import InputError
 from photonmap.io.png import encode_png
-from photonmap.runtime.files import check_output_folder
 from photonmap.runtime.wording import suggest
+from photonmap.runtime.writing import check_output_folder, drafts_beside
 
 if TYPE_CHECKING:
     import pyarrow
@@ -194,16 +192,13 @@ def new_folder(output: str | PathLike[str]) -> Iterator[Path]:
     folder = check_output_folder(output, "the export")
     if folder.is_dir() and any(folder.iterdir()):
         raise InputError("is not empty; choose a new folder", folder)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    made = Path(tempfile.mkdtemp(prefix=".photonmap-", dir=folder.parent))
-    try:
-        made.chmod(0o755)
-        yield made
+    with drafts_beside(folder) as made:
+        whole = made / folder.name
+        whole.mkdir()
+        yield whole
         if folder.is_dir():
             folder.rmdir()
-        made.rename(folder)
-    finally:
-        shutil.rmtree(made, ignore_errors=True)
+        whole.rename(folder)
 
 
 INDEX, SHARDS = "index.jsonl", "shards.json"

@@ -21,8 +21,8 @@ from photonmap.dataset.publication.metadata import (
     describe_croissant,
 )
 from photonmap.errors import InputError, warn
-from photonmap.report.files import written_together
 from photonmap.runtime.wording import listed
+from photonmap.runtime.writing import written_together
 
 CARD, LICENSE, SUMS = "README.md", "LICENSE", "SHA256SUMS"
 CROISSANT, COCO, CAMERAS = "croissant.json", "annotations.json", "cameras.json"

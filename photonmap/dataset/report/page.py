@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from photonmap.dataset.files.image_files import PREVIEWED
 from photonmap.errors import InputError
 from photonmap.io.png import write_png
-from photonmap.report.files import written_together
 from photonmap.report.pages import has_jinja, render_page
 from photonmap.results.result import Result
+from photonmap.runtime.writing import written_together
 
 PAGE, SHEET = "report.html", "contact_sheet.png"
 BINS = 20

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from photonmap.dataset.files.inside import inside
 from photonmap.dataset.files.manifest import HEAD
 from photonmap.errors import InputError
 from photonmap.evaluate.bench.images import Kind, Shot, Truth, white_level
@@ -31,7 +32,10 @@ def is_mit(folder: Path) -> bool:
 
 
 class MitSet:
-    """The objects of a folder; `InputError` if there is none, or one lacks a file."""
+    """The objects of a folder.
+
+    `InputError` if there is none, one lacks a file, or a link leads out of the folder.
+    """
 
     def __init__(self, folder: Path) -> None:
         found = sorted(path.parent for path in folder.glob(f"*/{_NEEDED[0]}"))
@@ -40,7 +44,8 @@ class MitSet:
                 f"has no OBJECT/{_NEEDED[0]}; choose the folder of MIT's objects", folder
             )
         for path in found:
-            if missing := [name for name in _NEEDED if not (path / name).is_file()]:
+            files = [inside(folder, f"{path.name}/{name}") for name in _NEEDED]
+            if missing := [file.name for file in files if not file.is_file()]:
                 raise InputError(f"has no {listed(missing, 4)}; unpack the data set again", path)
         self._folders = found
 
@@ -73,7 +78,8 @@ def _shot(folder: Path) -> Shot:
         _scaled(np.broadcast_to(layer, (*mask.shape, bands)), mask)
         for layer in (image, shading, reflectance)
     )
-    others = [read_picture(path, "linear") for path in sorted(folder.glob(_PARTS))]
+    lights = [inside(folder.parent, f"{folder.name}/{p.name}") for p in sorted(folder.glob(_PARTS))]
+    others = [read_picture(path, "linear") for path in lights]
     relit = tuple(np.where(mask[..., None], _scaled(each, mask), np.nan) for each in others)
     truth = Truth(folder.name, folder.name, seen, painted, light, mask.astype(np.int64), mask, {})
     return Shot(truth, View(folder.name, seen, mask, relit), Kind("", ""))

@@ -28,8 +28,8 @@ from photonmap.evaluate.report.tables import (
     write_summary,
     write_table,
 )
-from photonmap.report.files import written_together
 from photonmap.report.pages import has_jinja, render_page
+from photonmap.runtime.writing import written_together
 
 
 def check_jinja() -> None:

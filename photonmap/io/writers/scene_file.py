@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
@@ -16,6 +15,7 @@ from photonmap.io.readers.decoding import Ints
 from photonmap.io.writers.gltf import write_gltf
 from photonmap.io.writers.toml import Assets, check_name, name_materials, write_scene
 from photonmap.runtime.wording import listed
+from photonmap.runtime.writing import check_file, check_length, drafts_beside
 from photonmap.scene.images import encode_srgb
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -30,12 +30,18 @@ _COMPANIONS = {".obj": (".mtl", _TOML), ".glb": (_TOML,), ".gltf": (".bin", _TOM
 
 
 def companions(path: Path) -> list[Path]:
-    """Return the files that may be written beside a file, and the folder."""
+    """Return the files that may be written beside a file, and the folder.
+
+    Another suffix, or a name that is too long, is an `InputError`.
+    """
     suffix = path.suffix.lower()
     if suffix not in _COMPANIONS:
         known = ", ".join(_COMPANIONS)
         raise InputError(f"does not end in one of {known}, which scenes are saved as", path)
-    return [*map(path.with_suffix, _COMPANIONS[suffix]), path.with_name(_folder(path))]
+    beside = [*map(path.with_suffix, _COMPANIONS[suffix]), path.with_name(_folder(path))]
+    for each in (path, *beside):
+        check_length(each)
+    return beside
 
 
 def _folder(path: Path) -> str:
@@ -68,9 +74,10 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
     Raises
     ------
     InputError
-        if the path is not of this kind, the scene has no faces, or a name cannot be written
+        if the path is not of this kind, or in a folder that cannot be written to, the scene has no
+        faces, or a name cannot be written
     OSError
-        if writing fails
+        if writing fails; nothing is left of it
     """
     path = Path(path)
     companions(path)
@@ -78,17 +85,17 @@ def save_scene(scene: Scene, path: str | PathLike[str]) -> list[Path]:
         check_name(path.stem)
     if not any(len(mesh.faces) for mesh in scene.meshes):
         raise InputError(f"scene {scene.name!r} has no faces: there is nothing to write")
-    path.parent.mkdir(parents=True, exist_ok=True)
+    check_file(path)
     is_obj = path.suffix.lower() == ".obj"
     write: Callable[[Scene, Path, Assets], None] = _write_obj if is_obj else write_gltf
-    with tempfile.TemporaryDirectory(prefix=".photonmap-", dir=path.parent) as folder:
-        draft = Path(folder) / path.name
+    with drafts_beside(path) as folder:
+        draft = folder / path.name
         with Assets(draft.with_name(_folder(path))) as assets:
             write(scene, draft, assets)
         toml = draft.with_suffix(_TOML)
         if path.with_suffix(_TOML).exists() and not toml.exists():
             toml.write_text(f'mesh = "{path.name}"\n', "utf-8")
-        return _publish(Path(folder), path)
+        return _publish(folder, path)
 
 
 def _write_obj(scene: Scene, path: Path, assets: Assets) -> None:

@@ -118,6 +118,7 @@ def _text(value: Any) -> str:
     return f"[{', '.join(repr(float(number)) for number in value)}]"
 
 
+_LONGEST = 100  # characters of the stem of a file's name
 _LUMINANCE = np.array(LUMINANCE, np.float32)
 _MATRIX = File(
     "Donaldson matrix", read=DonaldsonMatrix.read, save=DonaldsonMatrix.save, suffix=".npz"
@@ -214,7 +215,7 @@ class Assets:
 
     def _path(self, label: str, suffix: str) -> Path:
         """Return a free file name like a label."""
-        stem = re.sub(r"[^\w.]+", "_", label, flags=re.ASCII).strip("_.") or "file"
+        stem = re.sub(r"[^\w.]+", "_", label, flags=re.ASCII).strip("_.")[:_LONGEST] or "file"
         path, count = self.folder / f"{stem}{suffix}", 1
         while path.exists():
             count += 1
