@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import photonmap as pm
@@ -214,7 +214,7 @@ def test_what_envi_headers_may_say(tmp_path, data):
     )
     (unit, nm), is_falling = draw(st.sampled_from(list(UNITS.items()))), draw(st.booleans())
     is_bad = np.array(draw(st.lists(st.booleans(), min_size=6, max_size=6)))
-    assume((~is_bad).sum() >= 2)
+    is_bad[[0, 5]] = False
     at = np.linspace(380.0, 780.0, 6)[:: -1 if is_falling else 1]
     stored = np.random.default_rng(draw(st.integers(0, 99))).integers(1, 9000, (2, 3, 6))
     stored[..., is_bad] = 0
