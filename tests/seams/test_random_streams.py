@@ -117,7 +117,7 @@ def places(monkeypatch):
         def step_on(scene, met, numbers, step, before, state, flux, throughput):
             return step + 1 < steps + 1, *met, state
 
-        def add_light(scene, maps, surface, place, budget, keys, shifts, scratch):
+        def add_light(scene, photon_maps, surface, place, budget, keys, shifts, scratch):
             seen.append(place)
 
         nothing = lambda *_: None  # noqa: E731
@@ -138,8 +138,8 @@ def places(monkeypatch):
         specular = SimpleNamespace(kind=[1], probability=[0.5], alpha=())
         geometry = SimpleNamespace(material=[0])
         scene = SimpleNamespace(geometry=geometry, scattering=None, specular=specular)
-        maps = SimpleNamespace(caustics=())
-        job = SimpleNamespace(scene=scene, maps=maps, key=KEY)
+        photon_maps = SimpleNamespace(caustics=())
+        job = SimpleNamespace(scene=scene, photon_maps=photon_maps, key=KEY)
         pixels = SimpleNamespace(emission=None, lookups=np.zeros(1, np.uint8))
         estimate = SimpleNamespace(pixels=pixels, via_specular=None)
         own = SimpleNamespace(chain=np.empty(1, np.float32), rays=np.zeros(5, np.int64))
