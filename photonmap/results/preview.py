@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.kernels.core.color import LUMINANCE
-from photonmap.scene.images import encode_srgb
+from photonmap.spectra.rgb_spaces import encode_srgb
 
 _LUMINANCE = np.array(LUMINANCE)
 _PERCENTILE, _SHOWN_AS = 99.0, 0.8  # of the luminance, and the linear value a preview gives it

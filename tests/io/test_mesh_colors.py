@@ -12,7 +12,7 @@ import photonmap as pm
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.readers.registry import GREY
 from photonmap.io.readers.scene_file import load_scene
-from photonmap.scene.images import decode_srgb, encode_srgb
+from photonmap.spectra.rgb_spaces import decode_srgb, encode_srgb
 
 pytestmark = pytest.mark.usefixtures("silence")
 BYTES = np.array([[255, 0, 128], [7, 90, 200], [0, 1, 254]])

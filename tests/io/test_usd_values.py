@@ -150,7 +150,7 @@ def test_scale_and_bias_of_numbers_and_colours(load, tmp_path):
 
 
 def test_channels_of_textures(load, tmp_path):
-    rgba = np.array([[[255, 0, 0, 64], [255, 0, 0, 192]]], np.uint8)
+    rgba = np.array([[[64, 0, 0, 64], [192, 0, 0, 192]]], np.uint8)  # alpha has multiplied red
     write_image(rgba.astype(np.float32) / 255, tmp_path / "wood.exr", "RGBA")
     inputs = "float inputs:opacity.connect = </paint/image.outputs:a>\n" + ROUGH.format("r")
     inputs += '\ntoken inputs:opacityMode = "presence"'

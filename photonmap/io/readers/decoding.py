@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.errors import InputError, warn
+from photonmap.errors import InputError, SceneWarning, warn
 from photonmap.runtime.bounds import refuse_large
 from photonmap.runtime.wording import listed, shown
 from photonmap.scene.images import Channels, decode_srgb, read_channels
@@ -47,8 +47,9 @@ def decode_file(path: Path, decode: Callable[[Path, bytes, Losses], Scene]) -> S
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(record=True) as issued:
             warnings.simplefilter("ignore")
+            warnings.simplefilter("always", SceneWarning)
             scene = decode(path, data, losses)
     except InputError:
         raise
@@ -62,6 +63,8 @@ def decode_file(path: Path, decode: Callable[[Path, bytes, Losses], Scene]) -> S
         raise InputError(message, path) from None
     finally:
         log.setLevel(level)
+    for each in issued:
+        warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
     if not any(len(mesh.faces) for mesh in scene.meshes):
         raise InputError("has no triangles; export the surfaces as polygons", path)
     warn_of_rounding(path, scene.meshes)
@@ -105,12 +108,12 @@ def decode_colors(values: NDArray[Any], note: Note, owners: str) -> Floats:
     return decode_srgb(colors)
 
 
-def read_embedded(data: bytes | memoryview, name: str) -> Channels:
+def read_embedded(data: bytes | memoryview, name: str, as_stored: bool = False) -> Channels:
     """Read an image that is part of another file, by a temporary one of a name."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         path.write_bytes(data)
-        return read_channels(path)
+        return read_channels(path, as_stored)
 
 
 def plain(row: Any) -> Vector:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.scene.images import Image, read_texture
+from photonmap.scene.images import Image, read_channels
 from photonmap.scene.lights import EnvironmentLight
 from photonmap.spectra.curves import Floats
 
@@ -21,9 +21,11 @@ def turned_map(source: Path | Image, linear: Floats, scale: float, name: str) ->
 
     linear : (3, 3), from its coordinates to the world's
     """
-    image = source if isinstance(source, Image) else read_texture(source)
-    texels = image.linear(slice(None), slice(None))
-    texels = np.broadcast_to(texels, (*texels.shape[:2], 3))
+    if isinstance(source, Image):
+        texels = source.linear(slice(None), slice(None))
+        texels = np.broadcast_to(texels, (*texels.shape[:2], 3))
+    else:
+        texels = read_channels(source).light()
     height, width = texels.shape[:2]
     angle = _turn(linear)
     if angle is None or width != 2 * height:

@@ -511,15 +511,16 @@ class Textures:
         return self._last[1]
 
     def _read_image(self, index: int, image: dict[str, Any]) -> Channels:
+        """Read an image as it is stored, as the specification demands, whatever it states."""
         if not _is_embedded(image):
-            return read_channels(named_image(self.path.parent, unquote(image["uri"])))
+            return read_channels(named_image(self.path.parent, unquote(image["uri"])), True)
         data: bytes | memoryview
         if "uri" in image:
             data = base64.b64decode(image["uri"].partition(",")[2], validate=True)
         else:
             data = self.view(image["bufferView"])
         kind = image.get("mimeType", "image/png")[6:]
-        return read_embedded(data, f"{_EMBEDDED}{index}.{kind}")
+        return read_embedded(data, f"{_EMBEDDED}{index}.{kind}", True)
 
     def _name(self, index: int, error: InputError) -> InputError:
         """Return an error about an image that names the file, where the image is part of it."""

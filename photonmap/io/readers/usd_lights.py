@@ -187,11 +187,10 @@ def _sky(lamp: _Lamp) -> Light:
     pole = stage.value(prim.GetAttribute("poleAxis")) if prim.GetTypeName() == _SKIES[1] else "Y"
     if pole == "Z" or (pole != "Y" and stage.is_z_up):
         linear = linear @ _POLE
-    image, factor = stage.image(asset)[0].image(), float(lamp.amount.mean())
+    light, factor = stage.image(asset)[0].light(), float(lamp.amount.mean())
     if np.ptp(lamp.amount) > 0.0:
-        tint = np.array(lamp.amount / factor, np.float32)
-        image = Image(image.linear(slice(None), slice(None)) * tint, False)
-    return turned_map(image, linear, factor, lamp.name)
+        light = light * np.array(lamp.amount / factor, np.float32)
+    return turned_map(Image(light, False), linear, factor, lamp.name)
 
 
 def _sun(lamp: _Lamp) -> Light:

@@ -237,6 +237,8 @@ class _Surface:
             if name == "normal" and space not in ("raw", "sRGB") and is_srgb:
                 self.lose("sRGB of normal maps, which are read as raw,")
                 is_srgb = False
+            if space not in ("raw", "sRGB") and channels.has_other_primaries():
+                self.lose("primaries and profiles that a texture's file states")
             image = _channel(channels, output, is_srgb)
         except InputError as error:
             if stage.options.missing_textures == "error":

@@ -17,7 +17,7 @@ from photonmap.io.readers.decoding import plain
 from photonmap.io.readers.gltf_materials import CLAMP, METALLIC_TEXTURE, NEAREST, REPEAT
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import listed
-from photonmap.scene.images import Image, encode_srgb
+from photonmap.scene.images import Image
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, parameters_of
 from photonmap.scene.surfaces.fresnel import normal_reflectance
@@ -36,6 +36,7 @@ from photonmap.scene.textures import (
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Color, Floats
 from photonmap.spectra.fluorophores import describe_fluorophores
+from photonmap.spectra.rgb_spaces import encode_srgb
 
 Json = dict[str, Any]
 _TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}

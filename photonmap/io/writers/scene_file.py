@@ -16,13 +16,13 @@ from photonmap.io.writers.gltf import write_gltf
 from photonmap.io.writers.toml import Assets, check_name, name_materials, write_scene
 from photonmap.runtime.wording import listed
 from photonmap.runtime.writing import check_file, check_length, drafts_beside
-from photonmap.scene.images import encode_srgb
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Colored, Number, parameters_of
 from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.layers import explicit
 from photonmap.scene.textures import Texture
+from photonmap.spectra.rgb_spaces import encode_srgb
 
 _TOML = ".toml"
 _COMPANIONS = {".obj": (".mtl", _TOML), ".glb": (_TOML,), ".gltf": (".bin", _TOML)}

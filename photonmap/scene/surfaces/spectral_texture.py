@@ -23,6 +23,7 @@ from photonmap.errors import InputError, naming
 from photonmap.runtime.bounds import Shapes, check_unpacked, read_npz
 from photonmap.runtime.terminal import quiet_libraries
 from photonmap.runtime.wording import listed, shown
+from photonmap.scene.image_headers import turned
 from photonmap.scene.images import Image
 from photonmap.scene.textures import Texture
 from photonmap.spectra.bands import Bands
@@ -297,7 +298,8 @@ def read_indices(path: Path) -> NDArray[np.int32]:
     colors = pixels[..., [i for i, name in enumerate(names) if name not in ("a", "alpha")]]
     if (colors != colors[..., :1]).any():
         raise InputError("is coloured; an image of indices is grey", path)
-    return np.ascontiguousarray(colors[..., 0], np.int32)
+    upright = turned(colors, spec.get_int_attribute("Orientation", 1))
+    return np.ascontiguousarray(upright[..., 0], np.int32)
 
 
 def _read_npz(path: Path) -> SpectralImage:
