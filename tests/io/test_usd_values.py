@@ -446,6 +446,12 @@ def test_the_working_folder_is_not_searched(load, tmp_path, monkeypatch):
         load('def "x" (references = @part.usda@) {}\n' + triangle(), name="inside/a.usda")
 
 
+def test_what_cannot_be_composed_is_named(load):
+    with pytest.warns(pm.SceneWarning, match="what USD cannot compose of 'x'"):
+        load('def "x" (references = </nothing>) {}\n' + triangle())
+    assert len(load('def "x" (references = </part>) {}\n' + triangle()).meshes) == 2
+
+
 def test_files_that_change_are_read_again(load):
     assert load(triangle()).meshes[0].vertices.max() == 1.0
     assert load(triangle().replace("(1, 0, 0)", "(7, 0, 0)")).meshes[0].vertices.max() == 7.0
@@ -486,6 +492,7 @@ def test_what_cameras_have_that_is_not_simulated_is_named(load, more, said):
     [
         ("float inputs:opacity = 0.5", "what a transparent surface reflects"),
         ("float inputs:displacement = 0.5", "displacement"),
+        ('color3f inputs:diffuseColor = (0, 0, 0) (colorSpace = "lin_ap1")', "space lin_ap1"),
         ("float inputs:roughness.connect = </paint/odd.outputs:result>", "what feeds roughness"),
     ],
 )

@@ -46,6 +46,9 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: decoding.Loss
 
 def _read(stage: Stage) -> Scene:
     path = stage.path
+    for error in stage.stage.GetCompositionErrors():
+        if "Could not open asset" not in str(error):  # which are named by their files
+            decoding.note_loss(stage.losses, "what USD cannot compose", error.rootSite.path.name)
     geometry, cameras, lights = Geometry(stage), dict[Any, Camera](), list[Light]()
     prims = iter(Usd.PrimRange.Stage(stage.stage, Usd.TraverseInstanceProxies()))
     for prim in prims:

@@ -161,7 +161,7 @@ def _note_light(stage: Stage, prim: Any, light: Any) -> None:
 
 def radiance_of(stage: Stage, light: Any) -> Floats:
     """Return intensity · 2^exposure · colour of a light, (3,), before any normalisation."""
-    color = np.array(stage.value(light.GetColorAttr(), (1.0, 1.0, 1.0)), np.float64)
+    color = np.array(stage.color(light.GetColorAttr(), (1.0, 1.0, 1.0)), np.float64)
     if stage.value(light.GetEnableColorTemperatureAttr(), False):
         kelvin = stage.value(light.GetColorTemperatureAttr(), 6500.0)
         warmth = [UsdLux.BlackbodyTemperatureAsRgb(each) for each in (kelvin, WHITE)]

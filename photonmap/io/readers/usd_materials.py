@@ -212,7 +212,7 @@ class _Surface:
             return default
         node = UsdShade.Shader(attribute.GetPrim())
         if not UsdShade.Output.IsOutput(attribute):
-            return stage.value(attribute, default)
+            return stage.color(attribute, default)
         if name != "diffuseColor" or not self.primvar(name):
             self.lose(f"what feeds {name} ({node.GetShaderId() or 'no shader'})")
         return stage.input(node, "fallback", default) if self.primvar(name) else default

@@ -23,6 +23,7 @@ if find_spec("pxr") is not None:
 
 MOST_LAYERS = 1000  # Files that a stage may be composed of
 _DAMAGED = "is not a USD stage, or is damaged; export it again"
+_LINEAR = ("", "lin_rec709", "lin_rec709_scene", "lin_srgb", "linear", "raw")
 _TEMPLATE = "templateAssetPath"  # The one name of files that is text in USD's metadata
 _HEADER = 4096  # Bytes of an image file, among which its encoding is stated
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -67,6 +68,12 @@ class Stage:
             self.lose(f"what feeds {attribute.GetName()}", attribute.GetPrim())
         found = attribute.Get(self.time)
         return default if found is None else found
+
+    def color(self, attribute: Any, default: Any) -> Any:
+        """Return a colour, which is linear sRGB; other colour spaces are not simulated."""
+        if attribute and attribute.GetColorSpace() not in _LINEAR:
+            self.lose(f"colour space {attribute.GetColorSpace()}", attribute.GetPrim())
+        return self.value(attribute, default)
 
     def input(self, shader: Any, name: str, default: Any = None) -> Any:
         """Return the value of a shader's input, which its material may give."""
@@ -120,7 +127,7 @@ def open_stage(path: Path, losses: decoding.Losses) -> Any:
         layer = waiting.pop()
         for name in _clips(layer):
             _find(path, layer, name)
-        for name in layer.GetCompositionAssetDependencies():
+        for name in filter(None, layer.GetCompositionAssetDependencies()):  # "": the layer itself
             found = _find(path, layer, name)
             if found in layers:
                 continue
@@ -187,5 +194,6 @@ def _clips(layer: Any) -> Iterator[str]:
             for key, value in clips.items():
                 names = value if key == "assetPaths" else [value]
                 for each in names:
-                    if isinstance(each, Sdf.AssetPath) or key == _TEMPLATE:
-                        yield getattr(each, "path", each)
+                    name = getattr(each, "path", each)
+                    if name and (isinstance(each, Sdf.AssetPath) or key == _TEMPLATE):
+                        yield name
