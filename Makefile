@@ -52,6 +52,11 @@ fuzz: $(INSTALLED)  ## random scenes and damaged files: COUNT of each, from SEED
 	PHOTONMAP_SEED=$(SEED) PHOTONMAP_EXAMPLES=$(COUNT) PHOTONMAP_TRIANGLES=5000000 PHOTONMAP_SIDE=8192 \
 		$(BIN)/python -m pytest tests/hard
 
+fuzz-%: $(INSTALLED)  ## 10 × COUNT files of one reader, such as fuzz-gltf, that are wrong in what they say
+	@echo "make $@ SEED=$(SEED) COUNT=$(COUNT)"
+	PHOTONMAP_SEED=$(SEED) PHOTONMAP_EXAMPLES=$(COUNT) \
+		$(BIN)/python -m pytest tests/hard/test_structures.py -k $*
+
 kernels-checked: kernels-bounds kernels-plain  ## every kernel once with bounds checked, and as plain Python
 
 kernels-bounds: $(INSTALLED)

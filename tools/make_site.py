@@ -3,8 +3,8 @@
     python tools/make_site.py [FOLDER]
 
 The pages keep their places in the repository, so that their links hold: README.md, CHANGELOG.md,
-CONTRIBUTING.md, docs/ and what they link to, source files included. A folder that is linked to gets
-a page that lists its files. docs/api.md is made from the public names.
+CONTRIBUTING.md, SECURITY.md, docs/ and what they link to, source files included. A folder that is
+linked to gets a page that lists its files. docs/api.md is made from the public names.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 import photonmap
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "kernels/README.md")
+PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "kernels/README.md")
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")
 GROUPS = {
     "Rendering": (

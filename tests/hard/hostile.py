@@ -223,7 +223,9 @@ GROWING = {
 def write(folder, files):
     """Write files, some as text; return the scene: the TOML file, or else the first."""
     for name, data in files.items():
-        (folder / name).write_bytes(data if isinstance(data, bytes) else data.encode())
+        (folder / name).write_bytes(
+            data if isinstance(data, bytes) else data.encode("utf-8", "replace")
+        )
     return folder / ("a.toml" if "a.toml" in files else next(iter(files)))
 
 

@@ -72,6 +72,15 @@ def test_what_is_shown():
     assert len(str(InputError("x" * 10**6))) < 5000
 
 
+def test_halves_of_characters_are_replaced(tmp_path, capsys):
+    name = r'"\\\ud800\ud83d\ude00\udc00"'  # a backslash, a half, a whole character, a half
+    text = hostile.gltf("NAME").replace(b'"NAME"', name.encode())
+    (tmp_path / "a.gltf").write_bytes(text)
+    assert main(["info", str(tmp_path / "a.gltf"), "--json"]) == 0
+    (mesh,) = json.loads(capsys.readouterr().out)["meshes"]
+    assert mesh["name"] == "\\\ufffd\U0001f600\ufffd"
+
+
 def test_only_a_bar_draws(capsys):
     for wrap, wanted in ((tolerant, "\\u001b[2K\n"), (drawing, "\x1b[2K\n")):
         print("\x1b[2K", file=wrap(tolerant(sys.stdout)))
