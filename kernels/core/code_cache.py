@@ -14,6 +14,7 @@ import warnings
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -83,7 +84,8 @@ def _imported(source: Path) -> frozenset[Path]:
 class KernelCache(FunctionCache):
     """The machine code of a kernel in files: the user's, else that of the package.
 
-    A damaged file is warned of, and written anew.
+    A damaged file is warned of, and written anew. Where nothing can be written, as on a full disk,
+    one warning says so, and kernels stay in memory.
     """
 
     def __init__(self, function: Any) -> None:
@@ -107,14 +109,37 @@ class KernelCache(FunctionCache):
                     return self._impl.rebuild(context, data)
         return None
 
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Keep a compiled kernel in files, if these can be written."""
+        try:
+            super().save_overload(signature, data)
+        except OSError as error:
+            _warn_of_lost(error.strerror or str(error))
+
+
+@cache
+def _warn_of_lost(reason: str) -> None:
+    text = (
+        f"compiled kernels cannot be kept in {CODE_FOLDER} ({reason}) and will be made anew by the "
+        "next run: make room there, or set NUMBA_CACHE_DIR to another folder"
+    )
+    is_lost.set()
+    warnings.warn(text, RuntimeWarning, stacklevel=2)
+
+
+is_lost = Event()
+"""Set where a kernel that this process compiled could not be kept"""
+
 
 class _CheckedFile(IndexDataCacheFile):
     """Files that begin with a hash of what follows."""
 
     def load(self, key: Any) -> Any:
-        """Return what was saved under a key, None if nothing was, or it is damaged."""
+        """Return what was saved under a key; None if nothing was, or it cannot be read."""
         try:
             return super().load(key)
+        except OSError:
+            return None
         except _DAMAGE:
             text = f"compiled kernels in {self._index_path} are damaged and will be made anew"
             warnings.warn(text, RuntimeWarning, stacklevel=2)

@@ -126,8 +126,9 @@ def save_photo(photo: Photo, folder: str | PathLike[str]) -> list[Path]:
     """
     place = check_output_folder(folder, "the photo")
     size = sum(image.nbytes for image in (photo.raw, photo.demosaiced, photo.truth))
-    with drafts_beside(place, size, place) as part:
+    with drafts_beside(place, size, place if place.is_dir() else place.parent) as part:
         write_photo(photo, part)
+        place.mkdir(exist_ok=True)
         for name in (DNG, *(f"{stem}{end}" for stem in (RAW, DEMOSAICED) for end in _SUFFIXES)):
             if not (part / name).exists():
                 (place / name).unlink(missing_ok=True)  # of a photo by another sensor

@@ -18,12 +18,13 @@ import numpy as np
 from photonmap.buffers import BUFFERS
 from photonmap.compile.scene_arrays import CompiledScene, compile_scene, variant_of
 from photonmap.compile.spectral_columns import SpectralColumns
+from photonmap.errors import InputError
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.integrators.missing_light import find_hidden_lights
-from photonmap.kernels.core.code_cache import CODE_FOLDER, SHIPPED_FOLDER, processors
+from photonmap.kernels.core.code_cache import CODE_FOLDER, SHIPPED_FOLDER, is_lost, processors
 from photonmap.kernels.core.jit import CACHE_FOLDER
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.core.streams import Domain
@@ -51,6 +52,10 @@ _RARELY = (100_000, 50, 100)
 scanning them over and over took a seventh of its time."""
 
 
+_in_memory: set[str] = set()
+"""Marks of what this process compiled, wherever it could not be kept."""
+
+
 def is_compiled(wanted: CompiledScene, method: str) -> bool:
     """Return whether all kernels that a scene needs were compiled before on this machine."""
     places = itertools.product((CODE_FOLDER, SHIPPED_FOLDER), processors())
@@ -73,16 +78,19 @@ def compile_kernels(wanted: CompiledScene, bands: Bands, workers: Workers, metho
 
     A second process compiles what comes before and after the camera pass.
     """
-    if is_compiled(wanted, method):
+    mark = _mark(wanted, method, processors()[0][0])
+    if mark in _in_memory or is_compiled(wanted, method):
         return
     small = _smallest(variant_of(wanted.arrays))
     if workers.threads > 1:
         with _aside(small, bands, method):
             _compile_camera_pass(small, bands, workers, method)
     _compile_all(small, bands, workers, method)
-    with suppress(OSError):  # a cache that cannot be written is no reason to stop
-        CODE_FOLDER.mkdir(parents=True, exist_ok=True)
-        (CODE_FOLDER / _mark(wanted, method, processors()[0][0])).touch()
+    _in_memory.add(mark)
+    if not is_lost.is_set():
+        with suppress(OSError):  # a cache that cannot be written is no reason to stop
+            CODE_FOLDER.mkdir(parents=True, exist_ok=True)
+            (CODE_FOLDER / mark).touch()
 
 
 def _compile_all(small: Scene, bands: Bands, workers: Workers, method: str) -> None:
@@ -172,10 +180,16 @@ def _mark(wanted: CompiledScene, method: str, processor: str) -> str:
 
 
 def compile_variant(variant: str, method: str) -> None:
-    """Compile, in one process, all kernels of a variant and an integrator."""
+    """Compile, in one process, all kernels of a variant and an integrator.
+
+    An `InputError` says that the folder does not take them.
+    """
     bands = Bands.rgb()
     with Workers(1) as workers:
         compile_kernels(compile_scene(_smallest(variant), bands), bands, workers, method)
+    if is_lost.is_set():
+        problem = "does not take the compiled kernels"
+        raise InputError(f"{problem}; make room on its disk, or choose another", CODE_FOLDER)
 
 
 def describe_compiled() -> str:

@@ -100,7 +100,7 @@ def naming_written(
     Parameters
     ----------
     wanted : the file or folder that is to be written
-    size : bytes that it takes, about; None for more than its drafts have when they fail
+    size : bytes that it takes, about; None for more than there was room for
     drafts : the file or folder in which they are
     """
     try:
@@ -117,7 +117,8 @@ def naming_written(
         if not (is_full or is_limited or error.errno is None):
             raise
         reason = getattr(error, "reason", None) or (error.errno and error.strerror) or text
-        amount = f"more than {_megabytes(made)}" if size is None else f"about {_megabytes(size)}"
+        least = max(made, free if is_full else 0)
+        amount = f"more than {_megabytes(least)}" if size is None else f"about {_megabytes(size)}"
         problem = f"it needs {amount}"
         if is_full:
             problem += f", and {_megabytes(free)} are free; make room on this disk"

@@ -22,7 +22,7 @@ def pdf_times_pi():
     return warp.cosine_hemisphere_pdf(1.0) * math.pi
 """
 CALLS = """
-import json, os, sys
+import json, os, resource, sys
 from contextlib import redirect_stderr
 from io import StringIO
 import numba
@@ -35,6 +35,8 @@ for line in sys.stdin:
         continue
     os.environ.update(environment)
     numba.config.reload_config()
+    if limit := environment.get("FILE_LIMIT"):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), int(limit)))
     os.chdir(folder)
     sys.path.insert(0, folder)
     with redirect_stderr(StringIO()) as messages:
@@ -116,6 +118,23 @@ def test_damaged_files_are_written_anew(call, checkout):
         assert (value, found) == (1.0, False)
         assert messages.count("are damaged and will be made anew") == 1
     assert call(checkout) == (1.0, True, "")
+
+
+def test_kernels_stay_in_memory_where_no_file_takes_them(call, checkout):
+    """One warning says so, nothing is left behind, and once there is room they are kept."""
+    folder = checkout / "cache" / "code"
+    shutil.rmtree(folder)
+    for limit in ("100", "5000"):  # bytes: too few for the index, and for the code
+        value, found, messages = call(checkout, FILE_LIMIT=limit)
+        assert (value, found) == (1.0, False)
+        assert messages.count("cannot be kept in") == 1
+        assert not list(folder.glob("*.tmp.*")) + list(folder.glob("*.nbc"))
+    assert call(checkout) == (1.0, False, "")
+    assert call(checkout) == (1.0, True, "")
+    (checkout / "file").touch()
+    value, found, messages = call(checkout, NUMBA_CACHE_DIR=str(checkout / "file" / "cache"))
+    assert (value, found) == (1.0, False)
+    assert messages.count("set NUMBA_CACHE_DIR to another folder") == 1
 
 
 def test_processors_have_code_of_their_own_or_of_their_level(call, checkout):
