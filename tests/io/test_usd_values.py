@@ -319,6 +319,15 @@ def test_areas_and_volumes_of_shapes(load, kind, axis):
         )
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [("double radius = -1", "s: its radius is -1"), ("double radius = 0", "s: it has no area")],
+)
+def test_shapes_without_size(load, more, said):
+    with pytest.raises(pm.InputError, match=said):
+        load(f'def Cylinder "s" {{\n{more}\n}}\n' + triangle())
+
+
 @pytest.mark.parametrize(("axis", "sizes"), [("X", (0, 5, 3)), ("Y", (3, 0, 5)), ("Z", (3, 5, 0))])
 def test_planes(load, axis, sizes):
     text = (

@@ -202,8 +202,9 @@ class Geometry:
 def _chosen(stage: Stage, instancer: Any, count: int) -> Ints:
     """Return which prototype each instance shows; refuse lists that do not fit together."""
     chosen = np.array(stage.value(instancer.GetProtoIndicesAttr(), ()), np.int64)
-    if chosen.size and not 0 <= chosen.min() <= chosen.max() < count:
-        raise InputError(f"an instance shows prototype {chosen.max()}, but there are {count}, "
+    wrong = chosen[(chosen < 0) | (chosen >= count)]
+    if wrong.size:
+        raise InputError(f"an instance shows prototype {wrong[0]}, but there are {count}, "
                          "counted from 0; export it again")  # fmt: skip
     lists = ("positions", "orientations", "orientationsf", "scales", "ids")
     for name in lists:
@@ -293,7 +294,10 @@ def _flipped(part: meshes.Part) -> meshes.Part:
 
 
 def _number(stage: Stage, prim: Any, name: str) -> float:
-    return float(stage.value(prim.GetAttribute(name)))
+    value = float(stage.value(prim.GetAttribute(name)))
+    if not 0.0 <= value < math.inf:
+        raise InputError(f"its {name} is {value:g}; give a finite number of at least 0")
+    return value
 
 
 def _along(stage: Stage, prim: Any, part: meshes.Part) -> meshes.Part:
@@ -381,6 +385,8 @@ def _revolved(rows: Floats, edges: int) -> meshes.Part:
             faces.append(np.stack([upper, lower, lower + 1], axis=1))
         if rows[row, 0] > 0.0:
             faces.append(np.stack([upper, lower + 1, upper + 1], axis=1))
+    if not faces:
+        raise InputError("it has no area; give it a radius above 0")
     uv = np.stack([across.ravel(), down.ravel()], axis=1)
     return meshes.Part(vertices, np.concatenate(faces), normals, uv)
 
