@@ -11,6 +11,8 @@ import warnings
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 import photonmap as pm
 from photonmap import dataset
@@ -170,6 +172,27 @@ def test_after_a_full_disk_nothing_more_is_rendered(tmp_path, monkeypatch, capsy
     assert main(["dataset", str(tmp_path / "set"), "--preset", "small", *SIZE]) == 1
     assert len(tried) == 1
     assert "as the disk is full; free some space" in capsys.readouterr().err
+
+
+STAGES = ("build", "compile", "render", "write")
+JSON_VALUES = st.one_of(st.floats(), st.integers(), st.booleans(), st.none(), st.text(max_size=3))
+
+
+@given(st.dictionaries(st.sampled_from(STAGES), JSON_VALUES), JSON_VALUES)
+@example(dict.fromkeys(STAGES, 1.5), 2.0)
+@example(dict.fromkeys(STAGES, 1e300), 2.0)
+def test_seconds_out_of_range_are_damage(tmp_path_factory, seconds, cpu_seconds):
+    """Costs of a run that is resumed are sums of them."""
+    folder = tmp_path_factory.mktemp("set") / "image"
+    folder.mkdir()
+    entry = {"name": "image", "files": {}, "seconds": seconds, "cpu_seconds": cpu_seconds}
+    (folder / "entry.json").write_text(json.dumps(entry))
+    values = [*seconds.values(), cpu_seconds]
+    are_sound = len(seconds) == len(STAGES) and all(
+        isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1e9
+        for value in values
+    )
+    assert (render_image.read_entry(folder) is not None) == are_sound
 
 
 def test_two_runs_do_not_meet(tmp_path, one, capsys):
