@@ -108,15 +108,16 @@ def naming_written(
     except OSError as error:
         wanted = Path(wanted)
         place = next(each for each in wanted.absolute().parents if each.exists())
-        made = getattr(error, "made", 0) + (0 if drafts is None else _bytes_in(drafts))
-        free = shutil.disk_usage(place).free + made
-        text = " ".join(str(error).replace(f"{drafts}/", "").split())
+        here = 0 if drafts is None else _bytes_in(drafts)
+        made, free = here + getattr(error, "made", 0), here + shutil.disk_usage(place).free
+        text = " ".join(str(error).split())
         is_full = error.errno in _FULL or any(sign in text for sign in FULL)
         is_full = is_full or (error.errno is None and free < _NEARLY_FULL)
         is_limited = error.errno == errno.EFBIG or os.strerror(errno.EFBIG) in text
         if not (is_full or is_limited or error.errno is None):
             raise
         reason = getattr(error, "reason", None) or (error.errno and error.strerror) or text
+        reason = reason.replace(f"{drafts}/", "")
         least = max(made, free if is_full else 0)
         amount = f"more than {_megabytes(least)}" if size is None else f"about {_megabytes(size)}"
         problem = f"it needs {amount}"

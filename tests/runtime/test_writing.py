@@ -107,6 +107,21 @@ def test_errors_of_full_disks_keep_their_number(number, size):
     assert any(sign in str(caught.value) for sign in writing.FULL)
 
 
+def test_a_file_in_a_folder_of_drafts_is_told_as_the_folder(tmp_path, monkeypatch):
+    """What it took counts as needed; its bytes are free again, and are so once."""
+    monkeypatch.setattr(shutil, "disk_usage", lambda place: SimpleNamespace(free=5000))
+    expected = pytest.raises(
+        OSError, match=r"image \(full: bands\.exr\): it needs more than 0\.012 "
+    )
+    with expected as caught, writing.drafts_beside(tmp_path / "image") as made:
+        (made / "others").write_bytes(bytes(4000))
+        with writing.removing_part(made / "bands.exr", 1e6):
+            (made / "bands.exr").write_bytes(bytes(8000))
+            raise OSError(f"full: {made}/bands.exr")
+    assert ", and 0.009 MB are free; make room" in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
 def test_other_errors_pass(tmp_path):
     with pytest.raises(PermissionError, match="denied"), writing.naming_written(tmp_path / "a"):
         raise PermissionError(errno.EACCES, "denied")

@@ -19,6 +19,7 @@ from photonmap.dataset.jobs.costs import Agenda, seconds_of
 from photonmap.dataset.jobs.render_image import Task, hear_workers, render_image
 from photonmap.errors import InputError, warn
 from photonmap.runtime.workers import AUTO, default_threads
+from photonmap.runtime.writing import WriteError
 
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
@@ -232,7 +233,7 @@ def connect(scheduler: str, workers: int) -> Iterator[Client]:
 def _reason(error: BaseException) -> str:
     """Return an error as one line."""
     text = " ".join(str(error).split()) or "no reason given"
-    return text if isinstance(error, InputError) else f"{type(error).__name__}: {text}"
+    return text if isinstance(error, InputError | WriteError) else f"{type(error).__name__}: {text}"
 
 
 _WARM = 2  # images that this process renders first; the last of them is the measure
