@@ -68,6 +68,32 @@ OBJ = (
     + hostile.SQUARE
     + "vt 0 0\nvn 0 0 1\nusemtl red\nf 1/1/1 2/1/1 3//1\nf -1 -2 -3\n"
 )
+USD = """#usda 1.0
+( defaultPrim = "a"
+ metersPerUnit = 0.01
+ upAxis = "Z" )
+def Xform "a" {
+ double3 xformOp:translate = (0, 0, 1)
+ uniform token[] xformOpOrder = ["xformOp:translate"]
+ def Mesh "m" {
+  point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+  int[] faceVertexCounts = [3]
+  int[] faceVertexIndices = [0, 1, 2]
+  rel material:binding = </a/red>
+ }
+ def Material "red" {
+  token outputs:surface.connect = </a/red/shader.outputs:surface>
+  def Shader "shader" {
+   uniform token info:id = "UsdPreviewSurface"
+   color3f inputs:diffuseColor = (1, 0, 0)
+   token outputs:surface
+  }
+ }
+ def SphereLight "l" {
+  float inputs:radius = 0.5
+ }
+}
+"""
 
 
 def gltf():
@@ -196,6 +222,7 @@ READERS = {
     "mtl": ("a.mtl", in_words(MTL, SPACED)),
     "toml": ("a.toml", in_tree(lambda: tomllib.loads(TOML), as_sections)),
     "xml": ("a.xml", in_tree(lambda: elements(ElementTree.fromstring(XML)), as_xml)),
+    "usd": ("a.usda", in_words(USD, r"\s+|\w+|.")),
     "ply": ("a.ply", in_words(hostile.ply("ascii", 1)["a.ply"].decode(), SPACED)),
     "off": ("a.off", in_words(hostile.GROWING["OFF: faces"](2)["a.off"], SPACED)),
     "stl": ("a.stl", in_words("solid a\n" + hostile.FACET * 2 + "endsolid a\n", SPACED)),
@@ -206,6 +233,8 @@ READERS = {
 @pytest.mark.parametrize("reader", READERS)
 def test_what_files_say_is_read_or_refused_in_one_line(reader, count, tmp_path):
     name, change = READERS[reader]
+    if reader == "usd":
+        pytest.importorskip("pxr")
     sound = {"a.mtl": MTL, "a.png": hostile.png(1, 1, PIXEL)}
     sound |= {"a.obj": OBJ} if reader in ("mtl", "toml") else {}
     rng, read = np.random.default_rng([SEED, len(reader)]), 0
