@@ -146,6 +146,12 @@ def test_rows_of_nothing_take_no_memory(tmp_path):
     assert len(load(scene).meshes[0].faces) == 1
 
 
+def test_vertices_that_are_only_announced_take_no_memory(tmp_path):
+    text = hostile.gltf("a").replace(b'"count": 3', b'"count": 1099511627776')
+    said = load(hostile.write(tmp_path, {"a.gltf": text}))
+    assert "accessor 0 takes bytes 0 to 13194139533312" in said
+
+
 @pytest.mark.parametrize(
     ("line", "said"),
     [

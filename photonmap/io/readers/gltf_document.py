@@ -215,7 +215,7 @@ def read_primitive(document: Document, primitive: Json, placement: Placement, lo
     if "indices" in primitive:
         corners = document.rows(primitive["indices"])[:, 0].astype(np.int64)
     else:
-        corners = np.arange(count)
+        corners = np.arange(len(document.rows(attributes["POSITION"])))  # which are there
     document.budget.spend(OF_TRIANGLE // 3 * len(corners))
     used, corners = _find_used(corners, count)
 
