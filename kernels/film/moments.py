@@ -223,15 +223,18 @@ def _shading(moments, specular, pixel, band):
     """Return shading and its spread."""
     # The ratio of diffuse light to reflectance where that is not 0, with the spread of a ratio by
     # the delta method; the mean irradiance / π elsewhere. Diffuse light is what remains without the
-    # residual and fluorescence; where that is nothing, rounding would leave less.
+    # residual and fluorescence; where that is nothing, rounding would leave less. Fluorescence may
+    # light other surfaces by less than nothing in a band, by what its bands cannot hold.
     r = moments.reflectance[pixel, band]
     if r == 0.0:
         return moments.irradiance[pixel, band], float(moments.irradiance_spread[pixel, band])
     light = moments.direct[pixel, band] + moments.indirect[pixel, band]
-    residual = 0.0 if specular is None else specular.residual[pixel, band]
+    light -= 0.0 if specular is None else specular.residual[pixel, band]
     if moments.fluorescence is not None:
-        residual += moments.fluorescence.fluorescence[pixel, band]
-    s = max(light - residual, 0.0) / r
+        light -= moments.fluorescence.fluorescence[pixel, band]
+        s = light / r
+    else:
+        s = max(light, 0.0) / r
     spread = _shift_ratio(
         moments.diffuse_spread[pixel, band],
         moments.product[pixel, band],

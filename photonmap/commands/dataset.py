@@ -49,7 +49,7 @@ _SCENES: list[shared.Row] = [
      {"read": int, "default_text": "1"}),
     ("seed", "N", "first of the seeds", {"read": int, "default_text": "0"}),
     ("materials", None, "materials of procedural scenes",
-     {"choices": ("lambertian", "mixed", "textured", "glossy", "rich"),
+     {"choices": ("lambertian", "mixed", "textured", "glossy", "rich", "fluorescent"),
       "default_text": "the preset's, or lambertian"}),
     ("lightness", "R", "mean reflectance of procedural scenes",
      {"read": float, "default_text": "the preset's, or as chips are drawn"}),

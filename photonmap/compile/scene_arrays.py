@@ -26,6 +26,7 @@ from photonmap.compile.surfaces.glass import beside_glass, clear_textures, opaqu
 from photonmap.compile.surfaces.relief import Reliefs, given_tangents
 from photonmap.compile.surfaces.sheens import with_sheens
 from photonmap.compile.textures import compile_textures
+from photonmap.compile.ultraviolet import warn_of_ultraviolet
 from photonmap.errors import naming_file
 from photonmap.kernels.core import passes, records
 from photonmap.kernels.core.jit import CACHE_FOLDER
@@ -151,7 +152,9 @@ def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledS
     that there is nothing to render, or which mesh, material, light or camera is not valid.
     """
     with naming_file(scene.file):
-        return _compile(scene, bands, aspect)
+        compiled = _compile(scene, bands, aspect)
+    warn_of_ultraviolet(scene, bands)
+    return compiled
 
 
 def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:

@@ -123,7 +123,7 @@ def _black_body(kelvin: float) -> Floats:
 def _phase_of_daylight(kelvin: float) -> Floats:
     with colour_science() as colour:
         chromaticity = colour.temperature.CCT_to_xy_CIE_D(kelvin)
-        shape = colour.SPECTRAL_SHAPE_DEFAULT
+        shape = colour.SpectralShape(300.0, 780.0, 1.0)
         return _rows(colour.sd_CIE_illuminant_D_series(chromaticity, shape=shape))
 
 

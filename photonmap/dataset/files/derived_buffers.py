@@ -198,6 +198,7 @@ def _ratio_color(result: Result) -> Image:
     reflectance = result.reflectance.astype(np.float64)
     known = (reflectance > 0.0).all(axis=-1, keepdims=True)
     known &= ~result.residual.any(axis=-1, keepdims=True)
+    known &= ~result.fluorescence.any(axis=-1, keepdims=True)
     shading = np.divide(result.direct, reflectance, where=known, out=np.zeros(reflectance.shape))
     return over_mean(shading)
 
@@ -213,8 +214,8 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
     Radiances and shading are projected by one matrix, reflectance by the same under equal-energy
     white, and kept within [0, 1]; the colours of lights are kept. Projection does not commute with
     products: `residual` is the signed rest of these RGB images, radiance − emission − reflectance ×
-    shading. `illuminant` is shading over its mean, `illuminant_direct` the same for direct light
-    alone, 0 where it is unknown. What follows from a buffer that is not held is left out.
+    shading − fluorescence. `illuminant` is shading over its mean, `illuminant_direct` the same for
+    direct light alone, 0 where it is unknown. What follows from a buffer that is not held is left out.
 
     Parameters
     ----------
@@ -229,6 +230,7 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
     if "emission" in rgb:
         product = rgb["reflectance"].astype(np.float64) * rgb["shading"]
         rest = rgb["radiance"].astype(np.float64) - rgb["emission"] - product
+        rest -= rgb.get("fluorescence", 0.0)
         rgb["residual"] = rest.astype(np.float32)
     other = {} if space == SRGB else {"rgb_space": Path(space).name}
     projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None, **other})

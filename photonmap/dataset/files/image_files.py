@@ -161,9 +161,9 @@ def _write_bands(path: Path, result: Result, halves: Collection[str]) -> None:
 def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Return images by the paths of their files, which loaders of Hypersim expect.
 
-    There, color = diffuse_reflectance × diffuse_illumination + residual, so emission is part of the
-    residual. `depth_meters` is the distance from the camera, 0 for the background, whose
-    `render_entity_id` is −1. In files without a distance, depth is the distance.
+    There, color = diffuse_reflectance × diffuse_illumination + residual, so emission and
+    fluorescence are part of the residual. `depth_meters` is the distance from the camera, 0 for
+    the background, whose `render_entity_id` is −1. In files without a distance, depth is the distance.
     """
     ids = result.object_id
     reflectance, shading = rgb["reflectance"], rgb["shading"]

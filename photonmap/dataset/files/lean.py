@@ -25,14 +25,14 @@ ERRORS = ("radiance", "reflectance", "shading")
 """Buffers whose standard errors lean files hold."""
 RGB = (
     "radiance", "emission", "direct", "indirect", "reflectance", "shading", "residual",
-    "illuminant_direct",
+    "illuminant_direct", "fluorescence",
 )  # fmt: skip
 """Buffers that lean files hold in RGB."""
 DERIVED = ("scalar_shading", "illuminant")
 """Buffers that `derive` computes where files do not hold them."""
 DROPPED = ("covariance", *DERIVED)
 """Buffers that lean files do not hold: they follow from others, or only merging needs them."""
-OFTEN_ZERO = ("residual", "caustics")
+OFTEN_ZERO = ("residual", "caustics", "fluorescence")
 """Buffers that lean files do not hold where they are 0 everywhere."""
 _ERROR = ".error"  # ending of the names of parts that hold standard errors
 _LARGEST = 6e4  # values above do not fit half precision
@@ -46,7 +46,8 @@ def fits_half(name: str, image: Array) -> bool:
 
     Lengths, ids, masks and counts stay as they are, as do values out of half precision's range.
     """
-    row, is_rest = row_of(name.removesuffix(_ERROR)), name.endswith(_ERROR) or name == "residual"
+    is_rest = name.endswith(_ERROR) or name in ("residual", "fluorescence")
+    row = row_of(name.removesuffix(_ERROR))
     if row is None or row.is_integer or row.quantity == "length" or image.dtype != np.float32:
         return False
     sizes = np.abs(image)

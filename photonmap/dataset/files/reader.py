@@ -186,7 +186,7 @@ class Image(Mapping[str, Array]):
         return self.rgb.halves if isinstance(self.rgb, Parts) else set()
 
     def __getitem__(self, name: str) -> Array:
-        """Return an array; zeros for a residual or caustics that files leave out, being 0.
+        """Return an array; zeros for one of `OFTEN_ZERO` that files leave out, being 0.
 
         Raises
         ------

@@ -211,8 +211,8 @@ def check_identities(
 
     radiance is (emission + direct) + indirect, bit for bit where files are full. To rounding, the
     buffers of light groups add up to the whole, direct + indirect is reflectance × shading +
-    residual, and scalar_shading × illuminant is shading. Those of buffers that the files were not
-    asked to hold are left alone.
+    fluorescence + residual, and scalar_shading × illuminant is shading. Those of buffers that the
+    files were not asked to hold are left alone.
     """
 
     def holds(*names: str) -> bool:
@@ -227,24 +227,26 @@ def check_identities(
         parts = [split[name] for split in result.per_light.values() if name in split]
         if parts and not _close(_sum(parts), [result.buffers[name]], full):
             yield f"{name} is not the sum of its light groups"
-    if holds("direct", "indirect", "residual"):
+    glows = result.record.get("effects", {}).get("fluorescence", {}).get("on", False)
+    if holds("direct", "indirect", "residual", *["fluorescence"] * glows):
         product = result.reflectance * result.shading
-        if not _close(_sum([result.direct, result.indirect]), [product, result.residual], full):
-            yield "direct + indirect is not reflectance × shading + residual"
+        parts = [product, result.fluorescence, result.residual]
+        if not _close(_sum([result.direct, result.indirect]), parts, full):
+            yield "direct + indirect is not reflectance × shading + fluorescence + residual"
     scalar = result.buffers["scalar_shading"][..., None]
     if not _close(scalar * result.buffers["illuminant"], [result.shading], full):
         yield "scalar_shading × illuminant is not shading"
 
 
 def check_rgb(image: Image) -> Iterator[str]:
-    """Yield a fault if radiance in RGB is not emission + reflectance × shading + residual."""
+    """Yield a fault if radiance in RGB is not the sum of its parts."""
     rgb, chosen = image.rgb, image.chosen
     if chosen is not None and not {"emission", "residual"} <= {*chosen}:
         return
     product = rgb["reflectance"] * rgb["shading"]
-    parts = [rgb["emission"], product, rgb.get("residual", np.zeros_like(product))]
-    if not _close(rgb["radiance"], parts, is_full(image)):
-        yield "radiance in RGB is not emission + reflectance × shading + residual"
+    rest = [rgb.get(name, np.zeros_like(product)) for name in ("fluorescence", "residual")]
+    if not _close(rgb["radiance"], [rgb["emission"], product, *rest], is_full(image)):
+        yield "radiance in RGB is not emission + reflectance × shading + fluorescence + residual"
 
 
 def check_formats_agree(image: Image) -> Iterator[str]:

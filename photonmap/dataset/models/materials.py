@@ -23,19 +23,28 @@ from photonmap.scene.material import Material
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import mean_color
 from photonmap.spectra.curves import Spectrum
+from photonmap.spectra.fluorophores import named
 from photonmap.spectra.munsell import munsell, shipped_set
 
 LEVELS = 16
 """Mixtures of the two colours of a pattern, the pure ones included."""
 HUES = ("R", "YR", "Y", "GY", "G", "BG", "B", "PB", "P", "RP")
 """Munsell hue families in the order of the hue circle, ten steps each."""
-GLAZED, GLOSSY = "glazed ", "glossy "
-"""Finishes: a smooth coat that mirrors, and a rough one."""
+GLAZED, GLOSSY, FLUORESCENT = "glazed ", "glossy ", "fluorescent "
+"""Finishes: a smooth coat that mirrors, a rough one, and a dye or brightener."""
 COAT = 0.05
 """Specular reflectance of glaze and varnish."""
-MATERIALS = ("lambertian", "mixed", "textured", "glossy", "rich")
+MATERIALS = ("lambertian", "mixed", "textured", "glossy", "rich", "fluorescent")
 """Chips alone; with mirror coats, metal and glass; with textures; with rough coats and metal, and
-glass; the last two together."""
+glass; the last two together; chips of which white ones, textiles and saturated ones fluoresce."""
+_DYES = {
+    "R": "lumogen red 305", "YR": "rhodamine b", "Y": "rhodamine 6g", "GY": "fluorescein",
+    "G": "coumarin 6",
+}  # fmt: skip
+"""By the hue of chips; others, and greys, have the brightener of paper and textiles."""
+_BRIGHTENER = "optical brightener"
+_TAKEN = 0.8  # fraction of the light that a dye takes up at its peak
+_DYED: Floats = np.arange(280.0, 801.0)
 _ROUGH = (0.12, 0.45)  # range of the roughness of glossy surfaces, which the chip decides
 _DARKEST, _LIGHTEST = 2, 9  # Munsell values of the grey chips
 _METAL, _GLASS = "metal", "glass"
@@ -156,7 +165,7 @@ def paint(name: str, rng: Random) -> NDArray[np.int32]:
     return np.rint(np.clip(amount, 0.0, 1.0) * (LEVELS - 1)).astype(np.int32)
 
 
-_NAME = re.compile(rf"({GLAZED}|{GLOSSY})?(?:({'|'.join(PROCEDURES)}) of )?(.+)")
+_NAME = re.compile(rf"({GLAZED}|{GLOSSY}|{FLUORESCENT})?(?:({'|'.join(PROCEDURES)}) of )?(.+)")
 
 
 class Surface(NamedTuple):
@@ -237,6 +246,8 @@ def _chip_beside(name: str, shift: int) -> str | None:
 def _material(surface: Surface) -> Material:
     # Recovered chips end at 730 nm, while curves of cameras and observers lead to 780 nm or more.
     chip = replace(munsell(surface.chip), extrapolate=True)
+    if surface.finish == FLUORESCENT:
+        return _dyed(surface, chip)
     paint_ = _texture(surface) if surface.pattern else chip
     if surface.finish == GLAZED and isinstance(paint_, Spectrum):
         return Material(surface.name, (1.0 - COAT) * paint_, mirror=COAT)
@@ -245,6 +256,15 @@ def _material(surface: Surface) -> Material:
         rough = low + (high - low) * _fraction(surface.chip)
         return Material.plastic(surface.name, paint_, roughness=round(rough, 2))
     return Material(surface.name, paint_)
+
+
+def _dyed(surface: Surface, chip: Spectrum) -> Material:
+    """Return a chip with a dye, which takes away what it takes up."""
+    notation = _NOTATION.fullmatch(surface.chip)
+    dye = named(_DYES.get(notation[2], _BRIGHTENER) if notation else _BRIGHTENER)
+    dye = replace(dye, excitation=dye.excitation * _TAKEN)
+    left = chip(_DYED) * (1.0 - dye.excitation(_DYED))
+    return Material(surface.name, Spectrum(_DYED, left), fluorescence=dye)
 
 
 def _texture(surface: Surface) -> SpectralTexture:
@@ -278,7 +298,8 @@ class Palette:
     materials : one of `MATERIALS`: where they are "mixed", ceramics and varnished wood have a
         specular coat, metal is a mirror and bottles are glass; where "glossy", coats and metal are
         rough, as are floors; where "textured", wood, cloth, stone and walls have patterns;
-        "rich" is both of these
+        "rich" is both of these; where "fluorescent", white surfaces and textiles are brightened,
+        and half of the saturated chips are dyes
     lightness : mean reflectance of the finished scene, see
         `photonmap.dataset.models.scene_object.with_lightness`; None for that of the
         chips as they are drawn
@@ -298,12 +319,19 @@ class Palette:
         self.mixed = materials in ("mixed", "glossy", "rich")
         self._rough = materials in ("glossy", "rich")
         self._textured = materials in ("textured", "rich")
+        self._fluorescent = materials == "fluorescent"
         self.key = float(rng.uniform(0.0, 100.0))
         """The dominant hue, 0 to 100."""
 
     def grey(self, value: int) -> Material:
         """Return the neutral chip of a Munsell value from 2 to 9."""
-        return Surface(f"N{value}").material()
+        white = Surface(f"N{value}").material()
+        return self._fluoresce(white) if value == _LIGHTEST else white
+
+    def _fluoresce(self, material: Material, share: float = 1.0) -> Material:
+        """Return a chip with a dye, if materials fluoresce; `share` of the chips have one."""
+        has_dye = self._fluorescent and _fraction(material.name) < share
+        return _changed(material, finish=FLUORESCENT) if has_dye else material
 
     def chip(
         self,
@@ -331,12 +359,13 @@ class Palette:
         """Draw chips whose hues are spread evenly around the circle, in random order."""
         start = self._rng.uniform(0.0, 100.0)
         hues = self._rng.permutation((start + 100.0 * np.arange(count) / count) % 100.0)
-        return [self.chip(float(hue), value, (chroma, 14)) for hue in hues]
+        chips_ = [self.chip(float(hue), value, (chroma, 14)) for hue in hues]
+        return [self._fluoresce(chip, 0.5) for chip in chips_]
 
     def accent(self) -> Material:
         """Draw a saturated chip; two in five are close to the dominant hue."""
         hue = self.key if self._rng.random() < 0.4 else None
-        return self.chip(hue, (4, 7), (8, 14), 8.0)
+        return self._fluoresce(self.chip(hue, (4, 7), (8, 14), 8.0), 0.5)
 
     def wood(self) -> Material:
         """Draw a chip in a colour of wood, with its grain if materials are textured."""
@@ -345,7 +374,7 @@ class Palette:
 
     def fabric(self) -> Material:
         """Draw a chip of medium chroma, woven if materials are textured."""
-        return self.patterned("cloth", self.chip(None, (3, 7), (4, 8)))
+        return self._fluoresce(self.patterned("cloth", self.chip(None, (3, 7), (4, 8))))
 
     def pale(self) -> Material:
         """Draw a light chip of low chroma."""

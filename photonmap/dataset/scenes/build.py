@@ -54,7 +54,8 @@ def build_scene(
     illumination : one of `photonmap.dataset.scenes.illumination.NAMED`, or your own
     materials : one of `photonmap.dataset.models.materials.MATERIALS`: "lambertian", or
         "mixed" with glazes, mirrors and glass, "textured" with wood, cloth, stone and prints,
-        "glossy" with rough varnish and metal, or "rich" with both
+        "glossy" with rough varnish and metal, "rich" with both, or "fluorescent" with brightened
+        paper and textiles and dyes
     lightness : mean reflectance over the area of all surfaces, from 0 to 1; None for that of the
         chips as they are drawn
     scale : factor of a room's size; single objects have theirs

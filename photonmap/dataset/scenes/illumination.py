@@ -37,13 +37,16 @@ ILLUMINATIONS = ("white", "colored", "two_planckian", "two_mixed")
 """White; one coloured light; a cool and a warm black body; two lights that are not black bodies."""
 CLEAR_SKY = "clear_sky"
 """A clear sky, of random haze and hour; outdoors with its sun."""
-NAMED = (*ILLUMINATIONS, *RANDOM, CLEAR_SKY)
+ULTRAVIOLET = {"black_light": ("black light",), "led_405": ("led:405,15",)}
+"""Lamps that excite fluorescence and can hardly be seen."""
+NAMED = (*ILLUMINATIONS, *RANDOM, CLEAR_SKY, *ULTRAVIOLET)
 """All illuminations that have a name."""
 
 _SKY = re.compile(r"D\d+|daylight:.*|sky:.*|planck:(\d+(?:\.\d+)?)")
 _CLEAR = re.compile(r"sky:\s*([\d.]+)[,\s]+([\d.]+)")
 _HAZE, _HEIGHT = (2.0, 6.0), (12.0, 65.0)
 """Ranges of the turbidity of clear skies, and of the height of their sun, degrees."""
+_BY_POWER = ("led:", "black light")
 _COOLEST = 4500.0  # lowest temperature of a black body that may be a sky, kelvins
 
 MAIN_SHARE = 0.6
@@ -125,6 +128,7 @@ def choose_illumination(illumination: AnyIllumination, rng: np.random.Generator)
         "colored": (str(rng.choice(COLORED)),),
         "two_planckian": (str(rng.choice(COOL)), str(rng.choice(WARM))),
         "two_mixed": NON_PLANCKIAN[int(rng.integers(len(NON_PLANCKIAN)))],
+        **ULTRAVIOLET,
         CLEAR_SKY: (f"sky:{rng.uniform(*_HAZE):.1f},{rng.uniform(*_HEIGHT):.0f}",),
     }
     return Illumination(found, pick[found])
@@ -132,6 +136,9 @@ def choose_illumination(illumination: AnyIllumination, rng: np.random.Generator)
 
 def light_spectrum(name: str, folder: str | PathLike[str] = ".") -> Spectrum:
     """Return the spectrum of a light by its name, scaled to a luminance of 1.
+
+    Narrow ultraviolet has next to none: LEDs by their peak, and black light, are scaled to a
+    radiance of 1 in the mean over 400 to 700 nm.
 
     Parameters
     ----------
@@ -149,6 +156,8 @@ def _read_light(name: str, folder: str | PathLike[str] = ".") -> Spectrum:
     from photonmap.spectra.observer import normalise_luminance
 
     color = emission(name, folder)
+    if isinstance(color, Spectrum) and name.lower().startswith(_BY_POWER):
+        return color
     if isinstance(color, Spectrum):
         return normalise_luminance(color)
     raise InputError(

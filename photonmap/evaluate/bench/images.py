@@ -138,7 +138,8 @@ def _errors(result: Result, space: str) -> dict[str, Floats]:
 def in_direct_light(image: Image, truth: Truth, space: str) -> Truth:
     """Return the truth of the same view without indirect light; it has no standard errors.
 
-    The shading is direct / reflectance. Pixels where a band reflects nothing are no longer valid.
+    The shading is (direct − fluorescence_direct) / reflectance. Pixels where a band reflects
+    nothing are no longer valid.
     The truth is that of `load_truth` for the space. An `InputError` says that some light of the
     image is not reflected diffusely, or that no pixel is left.
     """
@@ -149,11 +150,18 @@ def in_direct_light(image: Image, truth: Truth, space: str) -> Truth:
             "with --materials lambertian",
             image.folder,
         )
+    if found.fluorescence[truth.mask].any() and "fluorescence_direct" not in found.buffers:
+        raise InputError(
+            "has surfaces that fluoresce, and not how much of that direct light excites; add "
+            "fluorescence_direct to --buffers and render again",
+            image.folder,
+        )
+    reflected = found.direct - found.buffers.get("fluorescence_direct", 0.0)
     reflectance = found.reflectance.astype(np.float64)
     mask = truth.mask & (reflectance > 0.0).all(axis=-1)
     if not mask.any():
         raise InputError("has no pixel that reflects all bands; leave it out", image.folder)
-    shading = np.divide(found.direct, reflectance, where=mask[..., None],
+    shading = np.divide(reflected, reflectance, where=mask[..., None],
                         out=np.zeros(reflectance.shape))  # fmt: skip
     light = {"direct": found.direct, "shading": shading.astype(np.float32)}
     if space == "rgb":

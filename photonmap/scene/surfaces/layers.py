@@ -101,6 +101,8 @@ def _curve_of(paint: Paint) -> Spectrum:
     """Return a reflectance over wavelength, at its brightest if it is a texture."""
     if isinstance(paint, Spectrum):
         return paint
+    if isinstance(paint, SpectralTexture):
+        return Spectrum(paint.wavelengths, paint.spectra.max(axis=0))
     return upsample_reflectance(
         np.ones(3) * (paint.largest if isinstance(paint, Texture) else paint)
     )
