@@ -46,6 +46,8 @@ _STUDY: list[shared.Row] = [
      {"read": shared.number(0.0, 100.0, "%"), "default": 4.0, "default_text": "4"}),
     ("step", "NM", "distance between samples of the curves, nm; 0.5 is as good as exact",
      {"read": shared.number(*_STEPS, " nm"), "default": 5.0, "default_text": "5"}),
+    ("fluorescence", "DYE",
+     "also study chips with a dye: a fluorophore by name, or the FILE of a Donaldson matrix", {}),
     ("best", None,
      "also find the best Gaussians for 1 to 31 bands, after 2 bounces whatever --bounces",
      {"default": False}),
@@ -75,6 +77,8 @@ def run(options: argparse.Namespace) -> None:
         bands, reflectances, illuminant, options.bounces, options.dark / 100.0, options.step
     )
     _print(options, f"{len(reflectances)} reflectances, {source}", found)
+    if options.fluorescence:
+        _print_fluorescent(options, bands, reflectances, illuminant)
     if options.csv:
         write_errors(options.csv, found.by_bounce)
     if options.plot:
@@ -97,6 +101,30 @@ def _print(options: argparse.Namespace, reflectances: str, found: Comparison) ->
         print(error_table(found.direct_and_indirect))
     print("\nΔE2000 after projection to sRGB")
     print(color_table(found.colors))
+
+
+def _print_fluorescent(
+    options: argparse.Namespace,
+    bands: dict[str, Bands],
+    reflectances: SpectrumSet,
+    illuminant: Spectrum,
+) -> None:
+    """Print the errors of chips with a dye."""
+    from pathlib import Path
+
+    from photonmap.sensors.fluorescent import fluorescent_errors
+    from photonmap.sensors.report import error_table
+    from photonmap.spectra.fluorescence import as_fluorophores
+    from photonmap.spectra.fluorophores import read_fluorophores
+
+    (dye,) = as_fluorophores(read_fluorophores(options.fluorescence, Path()))
+    rows = []
+    for label, sensors in bands.items():
+        rows += fluorescent_errors(
+            reflectances, illuminant, sensors, dye, options.bounces, label, options.dark / 100.0
+        )
+    print(f"\nError within the bands of chips with {options.fluorescence}, after up to 2 bounces")
+    print(error_table(rows))
 
 
 def _print_best(

@@ -25,7 +25,7 @@ def scene(material, light):
 
 def test_bands_that_miss_the_excitation_are_said():
     lit = scene(PAPER, pm.DomeLight(pm.emission("D65")))
-    with pytest.warns(pm.SceneWarning, match=r"'paper': \d\d% of what excites .* 400 to 700 nm"):
+    with pytest.warns(pm.SceneWarning, match=r"'paper': \d+% of what excites .* 400 to 700 nm"):
         compile_arrays(lit, pm.Bands.gaussian(6))
 
 

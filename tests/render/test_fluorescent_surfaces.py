@@ -16,6 +16,9 @@ from photonmap.integrators.photon_mapping.cache_cells import one_cell
 from photonmap.kernels.core.passes import RadiosityCache, Span
 from photonmap.kernels.integrators.photon import trace_photons
 
+# Of bands that see a part of what excites: the matrix of the bands is what counts here.
+pytestmark = pytest.mark.filterwarnings("ignore:.*excites its fluorescence")
+
 GRID = np.arange(300.0, 781.0)
 BANDS = pm.Bands.parse("box:5")
 FIVE = np.array([

@@ -215,7 +215,8 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
     white, and kept within [0, 1]; the colours of lights are kept. Projection does not commute with
     products: `residual` is the signed rest of these RGB images, radiance − emission − reflectance ×
     shading − fluorescence. `illuminant` is shading over its mean, `illuminant_direct` the same for
-    direct light alone, 0 where it is unknown. What follows from a buffer that is not held is left out.
+    direct light alone, 0 where it is unknown. What follows from a buffer that is not held is left
+    out.
 
     Parameters
     ----------

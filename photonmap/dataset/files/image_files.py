@@ -163,7 +163,7 @@ def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str
 
     There, color = diffuse_reflectance × diffuse_illumination + residual, so emission and
     fluorescence are part of the residual. `depth_meters` is the distance from the camera, 0 for
-    the background, whose `render_entity_id` is −1. In files without a distance, depth is the distance.
+    the background, whose `render_entity_id` is −1. In files without a distance, depth is it.
     """
     ids = result.object_id
     reflectance, shading = rgb["reflectance"], rgb["shading"]

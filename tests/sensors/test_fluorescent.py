@@ -1,0 +1,28 @@
+"""What bands cost for chips with a dye: nothing for many, more where bands miss what excites."""
+
+import photonmap as pm
+from photonmap.commands.main import main
+from photonmap.sensors.fluorescent import fluorescent_errors
+from photonmap.spectra.fluorophores import named
+from photonmap.spectra.munsell import munsell_set
+
+
+def errors(text, dye):
+    bands, light = pm.Bands.parse(text), pm.emission("D65")
+    return [row.mean for row in fluorescent_errors(munsell_set(), light, bands, named(dye), 2)]
+
+
+def test_more_bands_err_less_and_ultraviolet_is_needed_for_brighteners():
+    dyed = [errors(text, "fluorescein") for text in ("3", "9", "400:700:10")]
+    assert dyed[0][0] > dyed[1][0] > dyed[2][0]
+    assert dyed[2][0] < 0.03
+    missed, seen = (errors(t, "optical brightener") for t in ("400:700:20", "300:780:20"))
+    assert missed[0] > 3.0 * seen[0]
+    assert missed[1] > 3.0 * seen[1]
+
+
+def test_the_command_prints_them(capsys):
+    main(["sensors", "--bands", "3", "--bounces", "2", "--fluorescence", "fluorescein"])
+    assert "Error within the bands of chips with fluorescein" in capsys.readouterr().out
+    assert main(["sensors", "--bands", "3", "--fluorescence", "fluorescine"]) != 0
+    assert "did you mean 'fluorescein'?" in capsys.readouterr().err
