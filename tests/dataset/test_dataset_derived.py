@@ -51,7 +51,7 @@ def test_identities_that_do_not_hold_are_told():
     result.buffers["indirect"] = result.indirect * np.float32(1.001)
     problems = list(check_identities(result))
     assert "radiance is not (emission + direct) + indirect" in problems
-    assert "direct + indirect is not reflectance × shading + residual" in problems
+    assert "direct + indirect is not reflectance × shading + fluorescence + residual" in problems
 
 
 def test_rgb_stands_as_it_is():

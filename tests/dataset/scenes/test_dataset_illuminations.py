@@ -13,6 +13,7 @@ from photonmap.dataset.scenes.illumination import (
     ILLUMINATIONS,
     MAIN_SHARE,
     NAMED,
+    ULTRAVIOLET,
     Illumination,
     choose_illumination,
     is_sky,
@@ -37,8 +38,12 @@ def random(seed=0):
     return np.random.Generator(np.random.PCG64(seed))
 
 
-def test_illuminations_are_of_luminance_one():
-    for kind in NAMED:
+def test_illuminations_are_of_luminance_one_but_for_ultraviolet_of_radiance_one():
+    for (name,) in ULTRAVIOLET.values():
+        light = light_spectrum(name)
+        assert np.trapezoid(light.values, light.wavelengths) == pytest.approx(300.0)
+        assert luminance(light) < 0.01
+    for kind in set(NAMED) - set(ULTRAVIOLET):
         for seed in range(4):
             for name in choose_illumination(kind, random(seed)).colors:
                 assert luminance(light_spectrum(name)) == pytest.approx(1.0)
@@ -228,4 +233,4 @@ def test_measured_lights_of_the_user_are_drawn(tmp_path, monkeypatch):
 
 def test_the_fixed_illuminations_stay():
     assert ILLUMINATIONS == ("white", "colored", "two_planckian", "two_mixed")
-    assert set(NAMED) == {*ILLUMINATIONS, *RANDOM, CLEAR_SKY}
+    assert set(NAMED) == {*ILLUMINATIONS, *RANDOM, CLEAR_SKY, *ULTRAVIOLET}
