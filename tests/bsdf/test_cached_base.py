@@ -37,7 +37,7 @@ def _fill_bases(scene, n, wi, wo, flux, passed, base):
     for i in range(len(wi)):
         arrival = vec.scale(vec.row(wi, i), -2.0)
         at = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, models.GLOSSY)
-        fill_base_flux(scene, at, 1.0, flux, base[i])
+        fill_base_flux(scene, at, 1.0, flux, base[i], passed)
         found = glossy.lobe_at(scene.geometry, scene.scattering, hit)
         passed[:] = 1.0
         glossy.multiply_transmitted(scene.scattering, found, vec.row(wo, i), n, passed)
