@@ -63,6 +63,8 @@ from photonmap.runtime.storage import Storage, check_memory
 from photonmap.runtime.workers import Workers
 from photonmap.scene.scene import Scene, check_scene
 from photonmap.settings import Options, Settings
+from photonmap.spectra.photometry import describe_luminance
+from photonmap.spectra.projection import default_method
 
 
 @taking_keywords_of(Options)
@@ -355,6 +357,9 @@ def describe_plan(scene: Scene, run: Run) -> dict[str, Any]:
         "bands": settings.bands.describe(),
         "camera": {"framed": scene.camera is None, **camera},
         "white": plan.scene.white.tolist(),
+        "light_luminance": describe_luminance(
+            settings.bands, scene.light_colors, default_method(bool(plan.scene.counts["spectra"]))
+        ),
         "group_whites": plan.scene.group_whites if settings.per_light else {},
         "measured_sets": describe_measured_sets(),
         "versions": describe_versions(),

@@ -18,7 +18,18 @@ from photonmap.spectra.bands import Bands
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import Color
 from photonmap.spectra.observer import adapt_to_d65, observer
-from photonmap.spectra.projection import Method, Projection, Target, choose_projection
+from photonmap.spectra.photometry import (
+    corrected_weights,
+    luminance_weights,
+    warn_of_luminance,
+)
+from photonmap.spectra.projection import (
+    Method,
+    Projection,
+    Target,
+    choose_projection,
+    default_method,
+)
 
 Image = NDArray[np.float32]
 White = Color | str
@@ -69,7 +80,10 @@ class Colors:
 
         683.002 lm·W⁻¹ × ∫ L V dλ with V = ȳ of the CIE 1931 observer (CIE S 017). The spectra of
         lights count as W·m⁻²·sr⁻¹·nm⁻¹. In scenes whose lights are given in photometric units
-        already, as in many glTF files, Y of `xyz` is the luminance.
+        already, as in many glTF files, Y of `xyz` is the luminance. Without a method the weights of
+        bands are corrected, so that each light of the scene, and grey surfaces under it, have their
+        exact luminance; `light_luminance` of the record states each light's error before and after,
+        and above 2% a warning does.
 
         Parameters
         ----------
@@ -83,9 +97,13 @@ class Colors:
         row = row_of(buffer)
         if row is not None and row.quantity != "radiance":
             raise InputError(f"{buffer!r} is no radiance, and so has no luminance")
-        scale = _EFFICACY * observer().efficiency
-        luminances = (scale * line[:, 1] for line in self._projected(buffer, "xyz", method))
-        return np.stack([*luminances]).astype(np.float32)
+        self._check_colored(buffer)
+        weights = luminance_weights(self.bands, method or self._method)
+        if method is None and (lights := self.record.get("light_luminance")):
+            warn_of_luminance(lights)
+            weights = corrected_weights(weights, lights)
+        scaled = _EFFICACY * observer().efficiency * weights[:, None]
+        return np.stack([*_project_lines(self.buffers[buffer], scaled)])[..., 0]
 
     def illuminance(self, method: Method | None = None) -> Image:
         """Return the illuminance of the surface seen: (H, W) float32, lx.
@@ -133,10 +151,12 @@ class Colors:
         ------
         InputError : there is no such target or method
         """
-        if method is None:
-            spectra = self.record.get("scene", {}).get("spectra", False)
-            method = "direct" if spectra else "primaries"
-        return choose_projection(self.bands, target, method)
+        return choose_projection(self.bands, target, method or self._method)
+
+    @property
+    def _method(self) -> Method:
+        """The method of `projection` unless another is given."""
+        return default_method(self.record.get("scene", {}).get("spectra", False))
 
     def adaptation(self, white: White = SCENE, method: Method | None = None) -> NDArray[np.float64]:
         """Return the matrix that `rgb` applies after `projection`, so that a light is white.
@@ -208,21 +228,24 @@ class Colors:
         white: White | None = None,
     ) -> Iterator[NDArray[np.float32]]:
         """Project line by line: (W, T) each. This spares copies of whole images."""
-        if buffer not in self.buffers:
-            raise InputError(self._missing(buffer))
+        self._check_colored(buffer)
         image, row = self.buffers[buffer], row_of(buffer)
-        if image.ndim != 3 or not is_banded(buffer):
-            raise InputError(f"{buffer!r} has no bands, and so no colour")
-        if space := self.record.get("rgb_space"):
-            raise InputError(
-                f"this is red, green and blue of {space}, not of sRGB; take the image in its bands"
-            )
         matrix = self.projection(target, method).matrix
         if row is not None and row.quantity == "reflectance":
             matrix = matrix / matrix.sum(axis=1, keepdims=True)
         elif white is not None:
             matrix = self.adaptation(white, method) @ matrix
         return _project_lines(image, matrix.T)
+
+    def _check_colored(self, buffer: str) -> None:
+        if buffer not in self.buffers:
+            raise InputError(self._missing(buffer))
+        if self.buffers[buffer].ndim != 3 or not is_banded(buffer):
+            raise InputError(f"{buffer!r} has no bands, and so no colour")
+        if space := self.record.get("rgb_space"):
+            raise InputError(
+                f"this is red, green and blue of {space}, not of sRGB; take the image in its bands"
+            )
 
     def _missing(self, name: str) -> str:
         absent = set(names_where(kept="all", omitted="never")) - {*self.buffers}

@@ -115,6 +115,7 @@ class Labels(Colors, Mapping[str, NDArray[Any]]):
         white, parts = self.record.get("white"), self.record.get("group_whites", {})
         whites = {
             "white": white and white[at : at + 1],
+            "light_luminance": None,
             "group_whites": {group: part[at : at + 1] for group, part in parts.items()},
         }
         record = {**self.record, "bands": bands.describe(), **whites}

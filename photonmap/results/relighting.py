@@ -150,6 +150,11 @@ def _known_errors(result: Labels, factors: Gains) -> Arrays:
     }
 
 
+def _keeps_colors(factors: Gains) -> bool:
+    """Return whether every group keeps its spectrum, up to a number."""
+    return all(np.ptp(factor) == 0.0 for factor in factors.values())
+
+
 def _record(result: Labels, factors: Gains) -> dict[str, Any]:
     """Return the record without what it says of the errors of other light, and of merging."""
     record = result.record
@@ -167,6 +172,7 @@ def _record(result: Labels, factors: Gains) -> dict[str, Any]:
         **unknown,
         "bias": 0.0 if record.get("bias") == 0.0 else None,
         "white": white,
+        "light_luminance": record.get("light_luminance") if _keeps_colors(factors) else None,
         "group_whites": {group: part.tolist() for group, part in own.items()},
         "relit": {
             group: (factor * earlier.get(group, 1.0)).tolist() for group, factor in factors.items()

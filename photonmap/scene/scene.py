@@ -15,7 +15,8 @@ from photonmap.scene.lights import AreaLight, Light, area_meshes
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.parameters import Vector
-from photonmap.scene.textures import is_black
+from photonmap.scene.textures import is_black, mean_color
+from photonmap.spectra.curves import Color
 
 T = TypeVar("T")
 
@@ -127,6 +128,17 @@ class Scene:
         if self.camera is None:
             return []
         return [self.camera, *(each for each in self.cameras if each.name != self.camera.name)]
+
+    @property
+    def light_colors(self) -> list[tuple[str, Color]]:
+        """The names and colours of emitting materials and of lights.
+
+        Of a texture its mean, of a light whose colours are an image white.
+        """
+        paints = {id(mesh.material): mesh.material for mesh in self.meshes}.values()
+        shining = [(each.name, mean_color(each.emission)) for each in paints]
+        lights = [(light.name or light.kind, light.color) for light in self.lights]
+        return [(name, color) for name, color in shining + lights if not is_black(color)]
 
     @property
     def middle(self) -> Vector:

@@ -71,6 +71,11 @@ def choose_projection(bands: Bands, target: Target, method: Method) -> Projectio
     return _METHODS[method](bands, target)
 
 
+def default_method(has_spectra: bool) -> Method:
+    """Return the method for a scene, by whether any of its colours is a spectrum."""
+    return "direct" if has_spectra else "primaries"
+
+
 @cache
 def direct_projection(bands: Bands, target: Target) -> Projection:
     """Integrate the smoothest spectra that have the bands' values over the target's curves.

@@ -56,3 +56,39 @@ def test_sunlight_on_a_tilted_surface():
     scene = pm.Scene(plane, [sun], pm.Camera((0, 0, 5), (0, 0, 0)))
     result = pm.render(scene, bands=6, size=8, passes=1)
     np.testing.assert_allclose(result.illuminance(), 0.25 * UNIT * 0.5, rtol=1e-4)
+
+
+@pytest.mark.parametrize("bands", [6, "box:6", 9, "400:700:5"])
+@pytest.mark.parametrize("lamp", ["FL11", "HPS", "LED-RGB1", "A"])
+def test_lamps_with_narrow_lines_have_their_own_illuminance(lamp, bands):
+    """A lamp by name has Y = 1; the record states what the bands alone would give."""
+    result = render_under(bands, pm.DirectionalLight((0, -1, 0), pm.emission(lamp), name="lamp"))
+    (light,) = result.record["light_luminance"]
+    assert light["corrected"] == pytest.approx(1.0, abs=1e-9)
+    if abs(light["ratio"] - 1.0) > 0.02:
+        with pytest.warns(pm.SceneWarning, match=f"'lamp' {light['ratio']:.3f} "):
+            illuminance = result.illuminance()
+    else:
+        illuminance = result.illuminance()
+    np.testing.assert_allclose(illuminance, UNIT, rtol=1e-5)
+    by_bands = result.luminance("shading", "direct") * np.pi
+    np.testing.assert_allclose(by_bands, UNIT * light["ratio"], rtol=1e-5)
+    if (lamp, bands) == ("FL11", 6):
+        assert light["ratio"] == pytest.approx(0.715, abs=5e-4)
+
+
+def test_two_lamps_add_their_illuminances():
+    lamps = [
+        pm.DirectionalLight((0, -1, 0), pm.emission(lamp)) for lamp in ("FL11", "HPS 2", "D65")
+    ]
+    result = render_under(6, *lamps)
+    with pytest.warns(pm.SceneWarning, match="luminance by these bands"):
+        np.testing.assert_allclose(result.illuminance(), 4.0 * UNIT, rtol=1e-5)
+
+
+def render_under(bands, *lamps):
+    corners = [(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)]
+    floor = pm.Mesh(corners, [[0, 2, 1], [0, 3, 2]], pm.Material("grey", 0.5))
+    camera = pm.Camera((0, 3, 0), (0, 0, 0), up=(0, 0, -1), fov=20)
+    scene = pm.Scene([floor], list(lamps), camera)
+    return pm.render(scene, bands=bands, size=(2, 2), passes=1, progress=False)

@@ -234,7 +234,9 @@ def as_rgb(result: Result, space: str = SRGB) -> Result:
         rest -= rgb.get("fluorescence", 0.0)
         rgb["residual"] = rest.astype(np.float32)
     other = {} if space == SRGB else {"rgb_space": Path(space).name}
-    projected = Result(rgb, {}, Bands.rgb(), {**result.record, "white": None, **other})
+    projected = Result(
+        rgb, {}, Bands.rgb(), {**result.record, "white": None, "light_luminance": None, **other}
+    )
     rgb["scalar_shading"] = projected.scalar_shading
     rgb["illuminant"] = projected.illuminant.data
     if (color := result.buffers.get("illuminant_direct")) is not None:

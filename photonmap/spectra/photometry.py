@@ -1,0 +1,77 @@
+"""How well N bands carry the luminance of lights, and weights that carry it exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from photonmap.errors import warn
+from photonmap.runtime.wording import listed
+from photonmap.spectra.bands import Bands
+from photonmap.spectra.curves import Color, Floats
+from photonmap.spectra.observer import luminance, observer
+from photonmap.spectra.projection import Method, choose_projection
+
+MOST = 0.02
+"""Error of a light's luminance above which photometric results warn."""
+_RCOND = 1e-3  # of lights whose bands are so alike that only huge weights would tell them apart
+
+
+def describe_luminance(
+    bands: Bands, lights: Iterable[tuple[str, Color]], method: Method
+) -> list[dict[str, Any]]:
+    """Return what the record says of the luminance of each light; those alike have one row.
+
+    `names` are theirs, `ratio` is luminance by the bands over the exact one, `corrected` the same
+    by `corrected_weights`, `bands` the band values (N,) at an exact luminance of 1.
+    """
+    rows: dict[tuple[float, ...], list[str]] = {}
+    for name, color in lights:
+        if (exact := luminance(color)) > 0.0:
+            key = tuple(np.round(bands.emission(color) / exact, 12).tolist())
+            names = rows.setdefault(key, [])
+            names += [name] * (name not in names)
+    found: list[dict[str, Any]] = [
+        {"names": names, "bands": list(key)} for key, names in rows.items()
+    ]
+    plain = luminance_weights(bands, method)
+    corrected = corrected_weights(plain, found)
+    for light in found:
+        light["ratio"] = float(plain @ light["bands"])
+        light["corrected"] = float(corrected @ light["bands"])
+    return found
+
+
+def luminance_weights(bands: Bands, method: Method) -> Floats:
+    """Return the weights (N,) whose product with band radiances is Y."""
+    matrix = choose_projection(bands, "rgb", method).matrix
+    return np.asarray(observer().rgb_to_xyz[1] @ matrix)
+
+
+def corrected_weights(weights: Floats, lights: Sequence[Mapping[str, Any]]) -> Floats:
+    """Return the weights (N,) nearest to these by which each light has its exact luminance.
+
+    By least squares where there are more lights than bands, or lights that these bands hardly tell
+    apart: `corrected` in the record says what is left.
+    """
+    values = np.array([light["bands"] for light in lights])
+    if not len(values):
+        return weights
+    return np.asarray(weights + np.linalg.pinv(values, rcond=_RCOND) @ (1.0 - values @ weights))
+
+
+def warn_of_luminance(lights: Sequence[Mapping[str, Any]]) -> None:
+    """Warn of lights whose luminance the bands miss by more than 2%."""
+    off = [
+        f"{listed(light['names'])} {light['ratio']:.3f} (corrected {light['corrected']:.3f})"
+        for light in lights
+        if abs(light["ratio"] - 1.0) > MOST
+    ]
+    if off:
+        warn(
+            f"luminance by these bands over the exact one: {'; '.join(off)}; it is corrected for "
+            "direct light and grey surfaces, not for coloured ones; narrower bands, as 400:700:5, "
+            "are closer for both"
+        )
