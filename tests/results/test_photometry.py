@@ -6,6 +6,7 @@ import pytest
 import photonmap as pm
 from photonmap.results.result import Result
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.photometry import describe_luminance
 
 UNIT = 683.002 * 106.8569
 """cd·m⁻² of a light of Y = 1; ∫ȳ dλ of CIE 1931 in steps of 1 nm is 106.8569 nm."""
@@ -77,13 +78,16 @@ def test_lamps_with_narrow_lines_have_their_own_illuminance(lamp, bands):
         assert light["ratio"] == pytest.approx(0.715, abs=5e-4)
 
 
-def test_two_lamps_add_their_illuminances():
-    lamps = [
-        pm.DirectionalLight((0, -1, 0), pm.emission(lamp)) for lamp in ("FL11", "HPS 2", "D65")
-    ]
-    result = render_under(6, *lamps)
+def test_lamps_add_their_luminances():
+    bands = Bands.gaussian(6)
+    lamps = [(name, pm.emission(name)) for name in ("FL11", "HPS 2", "D65")]
+    rows = describe_luminance(bands, lamps, "direct")
+    total = sum(bands.emission(color) for _, color in lamps)
+    image = np.broadcast_to(total, (2, 3, 6)).astype(np.float32)
+    record = {"scene": {"spectra": True}, "light_luminance": rows}
     with pytest.warns(pm.SceneWarning, match="luminance by these bands"):
-        np.testing.assert_allclose(result.illuminance(), 4.0 * UNIT, rtol=1e-5)
+        luminance = Result({"radiance": image}, {}, bands, record).luminance()
+    np.testing.assert_allclose(luminance, 4.0 * UNIT, rtol=1e-5)
 
 
 def render_under(bands, *lamps):
