@@ -59,7 +59,9 @@ def corrected_weights(weights: Floats, lights: Sequence[Mapping[str, Any]]) -> F
     values = np.array([light["bands"] for light in lights])
     if not len(values):
         return weights
-    return np.asarray(weights + np.linalg.pinv(values, rcond=_RCOND) @ (1.0 - values @ weights))
+    lengths = np.maximum(np.linalg.norm(values, axis=1), 1e-30)  # infrared lamps have long rows
+    missing = (1.0 - values @ weights) / lengths
+    return np.asarray(weights + np.linalg.pinv(values / lengths[:, None], rcond=_RCOND) @ missing)
 
 
 def warn_of_luminance(lights: Sequence[Mapping[str, Any]]) -> None:
