@@ -167,7 +167,7 @@ def _smallest(variant: str) -> Scene:
         glass = Material.glass()
         meshes.append(replace(triangle, vertices=triangle.vertices - _APART, material=glass))
     if variant == "fluorescent":
-        violet, red = (Spectrum([300.0, 800.0], values) for values in ((1.0, 0.0), (0.0, 1.0)))
+        violet, red = (Spectrum([450.0, 650.0], values) for values in ((1.0, 0.0), (0.0, 1.0)))
         glowing = Material(fluorescence=Fluorescence(violet, red, 0.5))
         meshes.append(replace(triangle, vertices=triangle.vertices + _APART, material=glowing))
     return Scene(meshes, [PointLight(_NEAR)], Camera((1.0, 1.0, 1.0), (0.3, 0.3, -0.7)))
