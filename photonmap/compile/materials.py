@@ -68,7 +68,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     grazing = grazing if grazing.any() else grazing[:0]
     divisors = _bound(materials, reflectance, mirror)
     panes = _compile_panes(materials, mirror, tint)
-    fluorescence = compile_fluorescence(materials, bands)
+    fluorescence = compile_fluorescence(materials, 1.0 - transmitted, bands)
     diffuse = np.minimum(reflectance + _mean_taken(fluorescence, materials), 1.0)
     return CompiledMaterials(
         records.Materials(reflectance.astype(np.float32)),

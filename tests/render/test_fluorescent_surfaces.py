@@ -15,6 +15,7 @@ from photonmap.compile.surfaces import fluorescence
 from photonmap.integrators.photon_mapping.cache_cells import one_cell
 from photonmap.kernels.core.passes import RadiosityCache, Span
 from photonmap.kernels.integrators.photon import trace_photons
+from photonmap.scene.surfaces.layers import check_layers
 
 # Of bands that see a part of what excites: the matrix of the bands is what counts here.
 pytestmark = pytest.mark.filterwarnings("ignore:.*excites its fluorescence")
@@ -358,3 +359,43 @@ def test_the_plan_says_why(glowing):
 def test_glass_does_not_fluoresce(glowing):
     with pytest.raises(pm.InputError, match="fluorescence"):
         render(view_of(glowing(FIVE, ior=1.5, reflectance=0.0)))
+
+
+WAVES = np.arange(300.0, 781.0)
+GREEDY = pm.Fluorescence(
+    pm.Spectrum(WAVES, np.where(WAVES <= 400.0, 0.9, 0.0)),
+    pm.Spectrum(WAVES, np.exp(-0.5 * ((WAVES - 520.0) / 15.0) ** 2)),
+)
+"""Takes up nine tenths of the ultraviolet."""
+
+
+def test_a_part_that_is_glass_does_not_fluoresce():
+    """Under a dome the rest sends out a tenth of what an opaque plate does."""
+    dark = pm.Spectrum(WAVES, np.where(WAVES <= 400.0, 1.0, 0.0))
+    glow = []
+    for part in ({}, {"ior": 1.5, "thin": True, "transmission": 0.9}):
+        plate = pm.Material("plate", 0.1, fluorescence=GREEDY, **part)
+        square = quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0))
+        meshes = [pm.Mesh(square.vertices, square.faces, plate)]
+        scene = pm.Scene(
+            meshes, [pm.DomeLight(dark)], pm.Camera((0, 0, 1), (0, 0, 0), up=(0, 1, 0))
+        )
+        options = {"bands": "300:780:20", "size": 4, "passes": 4, "threads": 1}
+        glow.append(pm.render(scene, **options).fluorescence.mean((0, 1)).sum())
+    assert glow[0] > 1.0
+    assert glow[1] == pytest.approx(0.1 * glow[0], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "problem"),
+    [
+        ({"reflectance": 0.0, "mirror": 1.0}, "with mirror: .* at 3.. nm they send out 0.9 and 1;"),
+        ({"reflectance": 0.05, "mirror": 0.95}, "with mirror: .* they send out 0.9 and 1;"),
+        ({"reflectance": 0.2}, "with reflectance: .* they send out 0.9 and 0.2;"),
+        ({"transmission": pm.Texture.of(np.ones((2, 2, 1)) / 2), "ior": 1.5}, "with transmission"),
+    ],
+)
+def test_no_more_leaves_than_arrives(attributes, problem):
+    material = pm.Material("plate", **{"reflectance": 0.1, "fluorescence": GREEDY, **attributes})
+    with pytest.raises(pm.InputError, match=problem):
+        check_layers(material)

@@ -16,16 +16,19 @@ from photonmap.spectra.fluorescence import reradiation
 
 
 def compile_fluorescence(
-    materials: Sequence[Material], bands: Bands
+    materials: Sequence[Material], opaque: Floats, bands: Bands
 ) -> records.Fluorescence | None:
-    """Return what M materials re-emit, None where none does; textured concentrations follow."""
+    """Return what M materials re-emit, None where none does; textured concentrations follow.
+
+    `opaque` (M,) is the part of each that is no glass, by which reflectances are multiplied too.
+    """
     rows, matrices = np.full(len(materials), -1, np.int32), list[Floats]()
     concentration = np.ones(len(materials))
     for index, material in enumerate(materials):
         if material.fluorescence is None:
             continue
         rows[index] = len(matrices)
-        matrices.append(reradiation(material.fluorescence, bands).T)
+        matrices.append(opaque[index] * reradiation(material.fluorescence, bands).T)
         concentration[index] = mean_number(material.fluorescence_concentration)
     if not matrices:
         return None

@@ -85,16 +85,22 @@ def _check_fluorescence(material: Material) -> None:
     """Check that no more photons leave than arrive; of textures, where they are brightest."""
     if material.is_all_glass:
         raise LayerError(material, ("fluorescence", "ior"), "glass has no diffuse base; remove one")
+    if material.ior is not None and isinstance(material.transmission, Texture):
+        remedy = "what is sent out has no image of it; give the transmission as a number"
+        raise LayerError(material, ("fluorescence", "transmission"), remedy)
     amount = material.fluorescence_concentration
     amount = amount.largest if isinstance(amount, Texture) else amount
-    reflected = _curve_of(material.reflectance)
-    at, sent, kept = most_quanta(material.fluorescence, amount, reflected)
+    reflected, mirrored = _curve_of(material.reflectance), _curve_of(material.mirror)
+    at, sent, kept = most_quanta(
+        material.fluorescence, amount, lambda nm: reflected(nm) + mirrored(nm)
+    )
     if sent + kept > LARGEST_REFLECTANCE:
+        other = "mirror" if material.has("mirror") else "reflectance"
         remedy = (
             f"of a photon at {at:g} nm they send out {sent:.3g} and {kept:.3g}; keep the sum "
-            "within 1, by a lower reflectance where light is taken up, or less concentration"
+            f"within 1, by a lower {other} where light is taken up, or less concentration"
         )
-        raise LayerError(material, ("fluorescence", "reflectance"), remedy)
+        raise LayerError(material, ("fluorescence", other), remedy)
 
 
 def _curve_of(paint: Paint) -> Spectrum:
