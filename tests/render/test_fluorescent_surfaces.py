@@ -99,7 +99,9 @@ COVERS = {
 
 
 @pytest.mark.parametrize("method", ALL[:2])
-@pytest.mark.parametrize("cover", ["clay", "coat", *slow(*sorted(COVERS.keys() - {"clay", "coat"}))])
+@pytest.mark.parametrize(
+    "cover", ["clay", "coat", *slow(*sorted(COVERS.keys() - {"clay", "coat"}))]
+)
 def test_covers_let_re_emitted_light_pass_as_the_light_that_excites(glowing, cover, method):
     """Where ρ + S is the same in all bands, their sum is that of a base with this reflectance."""
     part = 0.5 * FIVE / FIVE.sum(axis=0).max()
