@@ -184,6 +184,8 @@ def _emission_source(body: str, folder: Path) -> Color:
         return _led(*_several(body, rest, ("405", "15")))
     if body.lower() == _BLACK_LIGHT[0]:
         return _led(*_BLACK_LIGHT[1:])
+    if re.sub(r"\W|_", "", body.lower()) == "blacklight":
+        raise InputError(f"there is no light {shown(body)}; {suggest(body, _BLACK_LIGHT[:1])}")
     if prefix == "sfu":
         return measured_illuminants()[rest.strip()]
     if prefix in ("munsell", "metal"):

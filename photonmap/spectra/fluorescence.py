@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -83,12 +84,26 @@ class Fluorescence:
                 f"emission is {self.emission.values[lowest]:.6g} at "
                 f"{self.emission.wavelengths[lowest]:g} nm; give 0 or more, and more somewhere"
             )
-        if not 0.0 <= self.quantum_efficiency <= 1.0:
+        efficiency = self.quantum_efficiency
+        if not isinstance(efficiency, Real) or not 0.0 <= efficiency <= 1.0:
             raise InputError(
-                f"quantum_efficiency is {self.quantum_efficiency:.6g}; give photons sent out for "
-                "each that is taken up, from 0 to 1"
+                f"quantum_efficiency is {shown(efficiency)}; give photons sent out for each that "
+                "is taken up, from 0 to 1"
             )
+        if not self.anti_stokes and self.excitation.values.any():
+            self._check_order()
         _check_quanta(self)
+
+    def _check_order(self) -> None:
+        """Refuse an emission that lies at shorter wavelengths than all that excites."""
+        first, last = _span(self.excitation)
+        shortest, longest = _span(self.emission)
+        if longest <= first:
+            raise InputError(
+                f"emission from {shortest:g} to {longest:g} nm is at shorter wavelengths than "
+                f"excitation from {first:g} to {last:g} nm, and nothing is sent out; exchange "
+                "them, or allow it with anti_stokes"
+            )
 
     def matrix(self, emitted: Floats, exciting: Floats) -> Floats:
         """Return Φ (M, K), nm⁻¹, at wavelengths (M,) that go out and (K,) that come in, nm."""
@@ -270,10 +285,17 @@ def reradiation_residual(fluorescence: Fluorophores, bands: Bands, light: Color)
     It is ‖F E − T‖ / ‖T‖ for the band values E of the light, and T of what its spectrum excites;
     the light's outer values hold beyond its samples. A surface that sends out nothing has none.
     """
-    spectrum, (grid, averages, _) = emission_spectrum(light), _bases(bands)
-    exact = averages @ donaldson(fluorescence, grid, RANGE) @ spectrum(RANGE)
-    missed = reradiation(fluorescence, bands) @ bands.emission(light) - exact
-    return float(np.linalg.norm(missed) / (np.linalg.norm(exact) or 1.0))
+    ((missed, exact),) = reradiation_errors(fluorescence, bands, [light])
+    return float(missed / (exact or 1.0))
+
+
+def reradiation_errors(fluorescence: Fluorophores, bands: Bands, lights: Sequence[Color]) -> Floats:
+    """Return ‖F E − T‖ and ‖T‖ of `reradiation_residual` for L lights: (L, 2) float64."""
+    averages, matrix = _bases(bands)[1], reradiation(fluorescence, bands)
+    exact = averages @ donaldson(fluorescence, _bases(bands)[0], RANGE)
+    both = [(exact @ emission_spectrum(each)(RANGE), bands.emission(each)) for each in lights]
+    norm = np.linalg.norm
+    return np.array([(norm(matrix @ sent - truth), norm(truth)) for truth, sent in both])
 
 
 def quanta_out(fluorescence: Fluorophores, wavelengths: Floats) -> Floats:
@@ -283,17 +305,14 @@ def quanta_out(fluorescence: Fluorophores, wavelengths: Floats) -> Floats:
     """
     total = np.zeros(len(wavelengths))
     for each in as_fluorophores(fluorescence):
-        values = each.matrix(RANGE, wavelengths)
-        photons = RANGE @ values / wavelengths
-        if isinstance(each, Fluorescence):  # but for rounding at steep edges
-            photons = np.minimum(photons, each.quantum_efficiency * each.excitation(wavelengths))
-        total += np.maximum(photons, values.sum(axis=0)) if each.anti_stokes else photons
+        photons, power = _sent_out(each, wavelengths)
+        total += np.maximum(photons, power) if each.anti_stokes else photons
     return total
 
 
 def most_quanta(
     fluorescence: Fluorophores, concentration: float, reflectance: Callable[[Floats], Floats]
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float, str]:
     """Return at which wavelength, nm, most leaves for what arrives, and how much of it.
 
     Parameters
@@ -304,21 +323,58 @@ def most_quanta(
 
     Returns
     -------
-    The wavelength, what fluorescence sends out there, and what is reflected
+    The wavelength, what fluorescence sends out there, what is reflected, and of what these are
+    parts: "photon", or "watt" where fluorescence sends out more power than photons
     """
     sent = concentration * quanta_out(fluorescence, RANGE)
     kept = np.where(sent > 1e-6, reflectance(RANGE), 0.0)
     at = int((sent + kept).argmax())
-    return float(RANGE[at]), float(sent[at]), float(kept[at])
+    both = [_sent_out(each, RANGE[[at]]) for each in as_fluorophores(fluorescence)]
+    photons, power = np.sum(both, axis=(0, 2))
+    unit = "watt" if power > photons else "photon"
+    return float(RANGE[at]), float(sent[at]), float(kept[at]), unit
+
+
+def _sent_out(fluorophore: Fluorophore, wavelengths: Floats) -> tuple[Floats, Floats]:
+    """Return photons per photon and power per power that arrive at (K,), nm: (K,) each.
+
+    Sums in steps of 1 nm are too large at steep edges: the integrals of the curves bound them.
+    """
+    values = fluorophore.matrix(RANGE, wavelengths)
+    sums = RANGE @ values / wavelengths, values.sum(axis=0)
+    if isinstance(fluorophore, Fluorescence):
+        nodes, curve = fluorophore.emission.wavelengths, fluorophore.emission.values[None]
+        photons = fluorophore.quantum_efficiency * fluorophore.excitation(wavelengths)
+        per_photon = _integrals(nodes, curve, 1.0)[0] / _integrals(nodes, curve, nodes)[0]
+        whole = photons, photons * wavelengths * per_photon
+    else:
+        nodes = fluorophore.emission
+        rows = _within(wavelengths, fluorophore.excitation, fluorophore.values).T
+        whole = _integrals(nodes, rows, nodes) / wavelengths, _integrals(nodes, rows, 1.0)
+    return np.minimum(sums[0], whole[0]), np.minimum(sums[1], whole[1])
+
+
+def _integrals(nodes: Floats, curves: Floats, weight: Floats | float) -> Floats:
+    """Return the integrals (C,) of curves (C, M) times a weight (M,), both linear between nodes."""
+    weights = np.broadcast_to(weight, nodes.shape)[None]
+    return integrate_products(nodes, curves, nodes, weights)[:, 0]
 
 
 def _check_quanta(fluorophore: Fluorophore) -> None:
-    at, sent, _ = most_quanta(fluorophore, 1.0, np.zeros_like)
+    at, sent, _, unit = most_quanta(fluorophore, 1.0, np.zeros_like)
     if sent > LARGEST_REFLECTANCE:
         raise InputError(
-            f"fluorescence sends out {sent:.3g} photons for each that arrives at {at:g} nm; keep "
+            f"fluorescence sends out {sent:.3g} {unit}s for each that arrives at {at:g} nm; keep "
             "it within 1"
         )
+
+
+def _span(curve: Spectrum) -> tuple[float, float]:
+    """Return from where to where a curve is above a hundredth of its largest value, nm."""
+    nodes = curve.wavelengths
+    at = np.union1d(nodes, np.linspace(nodes[0], nodes[-1], 2001))
+    kept = at[curve(at) > 0.01 * curve.values.max()]
+    return float(kept[0]), float(kept[-1])
 
 
 def _within(at: Floats, nodes: Floats, curves: Floats) -> Floats:

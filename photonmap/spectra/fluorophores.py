@@ -173,7 +173,6 @@ def _read_curve(value: Any, key: str, folder: Path) -> Spectrum:
             )
         return table[0] * factor
     if not isinstance(value, list) or len(value) != 2:
-        raise InputError(
-            f'{key} {shown(value)} is no curve; write {key} = "FILE.csv", or two rows of numbers'
-        )
+        problem = "is missing" if value is None else f"{shown(value)} is no curve"
+        raise InputError(f'{key} {problem}; write {key} = "FILE.csv", or two rows of numbers')
     return Spectrum(*value)

@@ -92,7 +92,7 @@ def test_a_matrix_of_samples_is_its_curves(tmp_path):
         (lambda: pm.DonaldsonMatrix([400, 420], [400, 500], [[0, 1e-3], [0, 0]]), "from 420 to"),
         (
             lambda: pm.DonaldsonMatrix([400, 420], [500, 600], np.ones((2, 2))),
-            "139 photons .* arrives at 400",
+            "138 photons .* arrives at 400",
         ),
         (lambda: pm.DonaldsonMatrix([400, 420], [500, 600], np.ones(2)), r"\(2,\), \(2,\) and"),
         (lambda: pm.DonaldsonMatrix([400, 420], [500, 600], [[0, -1], [0, 0]]), "has -1 from 420"),
@@ -101,3 +101,42 @@ def test_a_matrix_of_samples_is_its_curves(tmp_path):
 def test_what_no_surface_does_is_refused_with_the_wavelength(make, message):
     with pytest.raises(pm.InputError, match=message):
         make()
+
+
+BLUE, RED = pm.Spectrum([400.0, 440.0], [0.5, 0.5]), pm.Spectrum([600.0, 650.0], [1.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("make", "problem"),
+    [
+        (
+            lambda: pm.Fluorescence(RED, BLUE),
+            "from 400 to 440 nm is at shorter .* from 600 to 650 nm, .* anti_stokes",
+        ),
+        (lambda: pm.Fluorescence(BLUE, RED, "0.5"), "^quantum_efficiency is '0.5'; give photons"),
+        (lambda: pm.Fluorescence(RED, BLUE, anti_stokes=True), r"sends out 1.\d+ watts .* 650 nm"),
+        (
+            lambda: pm.DonaldsonMatrix([400, 440], [600, 650], np.full((2, 2), 0.02)),
+            "sends out 1.56 photons for each that arrives at 400 nm",
+        ),
+    ],
+)
+def test_what_no_fluorophore_can_be_is_refused(make, problem):
+    with pytest.raises(pm.InputError, match=problem):
+        make()
+
+
+def test_sharp_edges_count_as_their_integral():
+    """Steps of 1 nm count 51 of the 50 nm of a rectangle."""
+    rows = np.full((2, 2), 0.02 * 400.0 / 625.0)
+    assert quanta_out(pm.DonaldsonMatrix([400, 401], [600, 650], rows), np.array([400.0])) == (
+        pytest.approx(1.0, rel=1e-9)
+    )
+    half = pm.Fluorescence(RED * 0.6, BLUE, anti_stokes=True)
+    at = np.array([620.0])
+    assert quanta_out(half, at) == pytest.approx(0.6 * 620.0 / 420.0, rel=1e-9)
+
+
+def test_black_light_is_suggested():
+    with pytest.raises(pm.InputError, match=r"there is no light 'Blacklight'; .*'black light'"):
+        pm.emission("Blacklight")

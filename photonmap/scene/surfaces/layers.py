@@ -91,13 +91,13 @@ def _check_fluorescence(material: Material) -> None:
     amount = material.fluorescence_concentration
     amount = amount.largest if isinstance(amount, Texture) else amount
     reflected, mirrored = _curve_of(material.reflectance), _curve_of(material.mirror)
-    at, sent, kept = most_quanta(
+    at, sent, kept, unit = most_quanta(
         material.fluorescence, amount, lambda nm: reflected(nm) + mirrored(nm)
     )
     if sent + kept > LARGEST_REFLECTANCE:
         other = "mirror" if material.has("mirror") else "reflectance"
         remedy = (
-            f"of a photon at {at:g} nm they send out {sent:.3g} and {kept:.3g}; keep the sum "
+            f"of a {unit} at {at:g} nm they send out {sent:.3g} and {kept:.3g}; keep the sum "
             f"within 1, by a lower {other} where light is taken up, or less concentration"
         )
         raise LayerError(material, ("fluorescence", other), remedy)
