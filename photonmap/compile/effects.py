@@ -77,6 +77,8 @@ def called_for(compiled: CompiledScene, distinct: int, bands: int) -> dict[str, 
     merging = called["band_merging"]
     why = merging.why.format(bands=bands, distinct=distinct)
     called |= {"indirect": _indirect(compiled), "band_merging": replace(merging, why=why)}
+    if compiled.fluorescence is not None and not called["fluorescence"].on:
+        called["fluorescence"] = Effect(False, "no band excites it, or none sees what it sends out")
     if not _kinds(compiled).any():
         called["caustics"] = Effect(False, _REASONS["specular"][1])
     return called

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from photonmap.errors import warn
-from photonmap.runtime.wording import listed
+from photonmap.runtime.wording import listed, shown
+from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
-from photonmap.scene.textures import Paint, is_black
+from photonmap.scene.textures import Paint, is_black, mean_color
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import VISIBLE, Floats, Spectrum
-from photonmap.spectra.fluorescence import RANGE, quanta_out
+from photonmap.spectra.fluorescence import RANGE, quanta_out, reradiation_errors
 from photonmap.spectra.observer import observer
 
 _MISSED = 0.05  # Share of what excites a material from which on a warning says that bands miss it
-_WEAK = 0.01  # of the largest excitation, below which it does not count
+_WEAK = 0.01  # of the largest excitation, or of a light, below which it does not count
+_WRONG = 0.1  # Error of what a light excites, from which on a warning says so
 
 
 def warn_of_ultraviolet(scene: Scene, bands: Bands) -> None:
@@ -27,16 +31,21 @@ def warn_of_ultraviolet(scene: Scene, bands: Bands) -> None:
         return
     low, high = bands.limits or VISIBLE
     seen = (low <= RANGE) & (high >= RANGE)
-    strongest = 0.0 * RANGE
+    strongest, reached = 0.0 * RANGE, []
     for material in glowing:
         quanta = quanta_out(material.fluorescence, RANGE)
         missed = float(quanta[~seen].sum() / max(quanta.sum(), 1e-300))
         if missed > _MISSED:
+            exciting = RANGE[quanta > _WEAK * quanta.max()]
             warn(
-                f"material {material.name!r}: {missed:.0%} of what excites its fluorescence lies "
-                f"beyond {low:g} to {high:g} nm, and is left out; render with bands 300:780:20"
+                f"material {material.name!r}: {missed:.0%} of what excites its fluorescence "
+                f"({exciting[0]:g} to {exciting[-1]:g} nm) lies beyond {low:g} to {high:g} nm, and "
+                "is left out; use bands 300:780:20"
             )
+        else:
+            reached.append(material)
         strongest += quanta
+    _warn_of_lines(scene, materials, reached, bands)
     needed = RANGE[seen & (strongest > _WEAK * strongest.max())]
     colors: list[tuple[str, Paint]] = [
         (f"light {light.name or light.kind}", light.color) for light in scene.lights
@@ -48,6 +57,30 @@ def warn_of_ultraviolet(scene: Scene, bands: Bands) -> None:
         warn(
             f"fluorescence is excited from {needed[0]:g} to {needed[-1]:g} nm, where some colours "
             f"are not defined and hold their outer values: {listed(unknown)}; give curves"
+        )
+
+
+def _warn_of_lines(
+    scene: Scene, materials: list[Material], glowing: list[Material], bands: Bands
+) -> None:
+    """Warn where bands are too wide to tell how strongly a light excites a material."""
+    lights = {light.color: f"light {light.name or light.kind}" for light in scene.lights}
+    for each in materials:
+        if not is_black(each.emission):
+            lights.setdefault(mean_color(each.emission), f"emission of {each.name}")
+    wrong = []
+    power = [float(np.linalg.norm(bands.emission(color))) for color in lights]
+    for material in {each.fluorescence: each for each in glowing}.values() if lights else ():
+        errors = reradiation_errors(material.fluorescence, bands, list(lights))
+        for owner, whole, (missed, exact) in zip(lights.values(), power, errors, strict=True):
+            if missed > max(_WRONG * exact, _WEAK * whole):
+                wrong.append((missed / max(exact, 1e-300), owner, material.name))
+    if wrong:
+        error, owner, name = max(wrong)
+        warn(
+            f"bands do not resolve {len(wrong)} of the lights that excite fluorescence; at worst "
+            f"{shown(owner)} on material {name!r}, by {error:.0%} of what is sent out; use bands "
+            "in steps near the width of its lines, such as 300:780:5"
         )
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.compile.scene_arrays import compile_arrays
+from photonmap.compile.effects import called_for
+from photonmap.compile.scene_arrays import compile_arrays, compile_scene
 from photonmap.spectra.fluorophores import named
 
 from helpers.scenes import quad  # isort: skip
@@ -44,3 +45,22 @@ def test_scenes_without_fluorescence_have_no_such_warnings():
     plain = replace(PAPER, fluorescence=None, reflectance=(0.1, 0.1, 0.2))
     compile_arrays(scene(plain, pm.DomeLight()), pm.Bands.parse("300:780:20"))
     assert np.isfinite(compile_arrays(scene(plain, pm.DomeLight()), pm.Bands.rgb()).power)
+
+
+def test_lines_that_bands_do_not_resolve_are_said():
+    paper = replace(PAPER, fluorescence=named("optical brightener"), fluorescence_concentration=0.2)
+    lit = scene(paper, pm.DomeLight(pm.emission("led:370,5"), name="lamp"))
+    with pytest.warns(pm.SceneWarning, match=r"resolve 1 of .* 'light lamp' on .*'paper', by 31%"):
+        compile_arrays(lit, pm.Bands.parse("300:780:20"))
+    compile_arrays(lit, pm.Bands.parse("300:780:5"))  # warnings are errors
+
+
+def test_the_plan_says_that_no_band_excites():
+    taken, sent = (pm.Spectrum([low, low + 50.0], [0.9, 0.9]) for low in (310.0, 500.0))
+    sheet = replace(PAPER, reflectance=0.05, fluorescence=pm.Fluorescence(taken, sent))
+    lit = scene(sheet, pm.DomeLight(pm.emission("black light")))
+    with pytest.warns(
+        pm.SceneWarning, match=r"100% .* \(310 to 360 nm\) lies beyond .* 300:780:20"
+    ):
+        why = called_for(compile_scene(lit, pm.Bands.gaussian(6)), 6, 6)["fluorescence"].why
+    assert why == "no band excites it, or none sees what it sends out"
