@@ -8,10 +8,10 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from helpers.limits import files_of_at_most
 from helpers.marks import slow
 
 import photonmap as pm
@@ -38,17 +38,6 @@ def start(*arguments, limits=(), code=None, **environment):
         env={**os.environ, **environment},
         preexec_fn=restrict,
     )
-
-
-@contextmanager
-def files_of_at_most(size):
-    """Have writing fail beyond so many bytes of a file, as on a full disk."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def run(*arguments, **options):

@@ -11,9 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.limits import files_of_at_most
 from helpers.marks import slow
 from helpers.scenes import balls_in_box
-from test_faults import SCENE, assert_refused, files_of_at_most, run, start
+from test_faults import SCENE, assert_refused, run, start
 
 import photonmap as pm
 from photonmap.commands.main import main

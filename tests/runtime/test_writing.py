@@ -3,10 +3,8 @@
 import errno
 import os
 import re
-import resource
 import shutil
 import string
-from contextlib import contextmanager
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -14,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers.limits import files_of_at_most
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -40,17 +39,6 @@ def make():
     rng, bands = np.random.default_rng(1), Bands.parse("550:550:20")
     image = rng.random((64, 64, bands.count), np.float32)
     return Result({"radiance": image, "emission": image}, {}, bands, {"passes": 1})
-
-
-@contextmanager
-def files_of_at_most(size):
-    """Have the system refuse to write more than so many bytes of a file."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def _save_thumbnail(path):
