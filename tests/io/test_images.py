@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from photonmap.errors import InputError
-from photonmap.io.readers.mtl import MapOptions, parse_map
+from photonmap.io.readers.obj.mtl import MapOptions, parse_map
 from photonmap.scene.images import Image, decode_srgb, read_mask, read_texture
 
 

@@ -194,7 +194,7 @@ def test_obj_vertices(read_obj, values):
 
 
 def test_obj_blocks_with_and_without_colours(read_obj, monkeypatch):
-    monkeypatch.setattr("photonmap.io.readers.obj_lines.BLOCK", 20)
+    monkeypatch.setattr("photonmap.io.readers.obj.lines.BLOCK", 20)
     plain = "o plain\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no colored\n"
     first, second = read_obj(plain + obj(BYTES / 255).replace("f 1 2 3", "f 4 5 6"))
     assert first.colors is None

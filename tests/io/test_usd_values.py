@@ -263,7 +263,7 @@ def reference(texels, modes, u, v):
 )  # fmt: skip
 def test_wrap_modes_of_each_direction(across, up, columns, rows, i, j, seed):
     """At the centres of texels, of whatever copy, interpolation does not matter."""
-    from photonmap.io.readers.usd_materials import wrapped
+    from photonmap.io.readers.usd.materials import wrapped
 
     texels = np.random.default_rng(seed).random((rows, columns), np.float32)
     u, v = (i + 0.5) / columns, (j + 0.5) / rows

@@ -90,7 +90,7 @@ def _modules() -> dict[str, str]:
     """Return the module that reads each suffix; two readers of one suffix are a mistake."""
     modules: dict[str, str] = {}
     for found in pkgutil.iter_modules(readers.__path__, f"{readers.__name__}."):
-        for suffix in () if found.ispkg else _declared_suffixes(found.name):
+        for suffix in _declared_suffixes(found.name):
             if suffix in modules:
                 raise ImportError(f"both {modules[suffix]} and {found.name} read {suffix}")
             modules[suffix] = found.name

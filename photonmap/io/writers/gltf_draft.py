@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError, warn
 from photonmap.io.png import encode_png
 from photonmap.io.readers.decoding import plain
-from photonmap.io.readers.gltf_materials import CLAMP, METALLIC_TEXTURE, NEAREST, REPEAT
+from photonmap.io.readers.gltf.materials import CLAMP, METALLIC_TEXTURE, NEAREST, REPEAT
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import listed
 from photonmap.scene.images import Image

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from photonmap.errors import InputError, SceneWarning
-from photonmap.io.readers.gltf_document import COPIES
+from photonmap.io.readers.gltf.document import COPIES
 from photonmap.io.readers.registry import read_file
 
 pytestmark = pytest.mark.usefixtures("silence")

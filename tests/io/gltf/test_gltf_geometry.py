@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import photonmap as pm
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.png import encode_png
-from photonmap.io.readers.gltf_document import COPIES
+from photonmap.io.readers.gltf.document import COPIES
 
 COLORS = np.array([[0.25, 0.5, 1], [0, 1, 0.125], [1, 0.75, 0]])
 MEAN = COLORS.mean(axis=0)

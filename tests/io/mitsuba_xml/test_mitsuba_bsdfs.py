@@ -9,7 +9,7 @@ import photonmap as pm
 from photonmap.compile.surfaces.glossy import lobe_albedos, mean_albedo
 from photonmap.compile.surfaces.sheens import sheen_lobe
 from photonmap.errors import InputError, SceneWarning
-from photonmap.io.readers.mitsuba_albedos import base_albedo, coat_albedo, plastic_albedo
+from photonmap.io.readers.mitsuba.albedos import base_albedo, coat_albedo, plastic_albedo
 from photonmap.kernels.core.metals import DIP_MEANS
 from photonmap.scene.surfaces.conductors import fit_dip
 from photonmap.scene.surfaces.fresnel import mean_rise, normal_reflectance

@@ -5,7 +5,7 @@ import pytest
 
 from photonmap.errors import InputError, SceneWarning
 from photonmap.io.png import encode_png
-from photonmap.io.readers.mtl import read_mtl
+from photonmap.io.readers.obj.mtl import read_mtl
 from photonmap.scene.material import Material
 
 

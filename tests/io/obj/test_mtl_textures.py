@@ -33,7 +33,7 @@ def folder(tmp_path):
 
 @pytest.fixture
 def read(folder):
-    from photonmap.io.readers.mtl import read_mtl
+    from photonmap.io.readers.obj.mtl import read_mtl
 
     def read(text, **settings):
         (folder / "a.mtl").write_text("newmtl a\n" + text)

@@ -7,7 +7,6 @@ import pytest
 from helpers.meshes import areas, corners
 
 from photonmap.errors import SceneWarning
-from photonmap.io.readers import obj_lines
 from photonmap.io.readers.decoding import parse_floats, parse_integers
 from photonmap.io.readers.obj import _distinct
 from photonmap.scene.material import Material
@@ -226,7 +225,7 @@ def test_blocks_join(read_obj, monkeypatch):
         lines += ["vt 0.5 0.25", "vn 0 0 1", "f -4 -3 -2", f"f {4 * i + 1}/-1/-1 -1/1 -3//1"]
     whole = contents(read_obj("\n".join(lines)))
     for size in (1, 50, 333):
-        monkeypatch.setattr(obj_lines, "BLOCK", size)
+        monkeypatch.setattr("photonmap.io.readers.obj.lines.BLOCK", size)
         assert contents(read_obj("\n".join(lines))) == whole
 
 

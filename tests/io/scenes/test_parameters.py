@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import photonmap as pm
-from photonmap.io.readers import mtl_models, registry
+from photonmap.io.readers import registry
+from photonmap.io.readers.obj import mtl_models
 from photonmap.scene.lights import LIGHTS, Light, check_light
 from photonmap.scene.parameters import Emission, File, Number, Point, Text, Vector, parameters_of
 from photonmap.scene.surfaces.layers import check_material

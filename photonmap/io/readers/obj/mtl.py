@@ -12,8 +12,8 @@ import numpy as np
 
 from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.decoding import SHEEN, plain
-from photonmap.io.readers.mtl_models import NUMBERS, Draft, has_exponent, make_material
-from photonmap.io.readers.obj_lines import Source, read_source
+from photonmap.io.readers.obj.lines import Source, read_source
+from photonmap.io.readers.obj.mtl_models import NUMBERS, Draft, has_exponent, make_material
 from photonmap.io.readers.registry import OR_WITHOUT, MissingTextures
 from photonmap.runtime.files import named_image
 from photonmap.runtime.wording import enumerated, listed, shown, suggest

@@ -12,7 +12,7 @@ import numpy as np
 
 from photonmap.errors import InputError, naming
 from photonmap.io.readers.decoding import note_loss, plain
-from photonmap.io.readers.mitsuba_nodes import Node
+from photonmap.io.readers.mitsuba.nodes import Node
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
 from photonmap.runtime.wording import shown, suggest
 from photonmap.scene.images import decode_srgb

@@ -10,9 +10,9 @@ from typing import Any
 from photonmap.errors import InputError
 from photonmap.io.readers import decoding
 from photonmap.io.readers.registry import ReadOptions
-from photonmap.io.readers.usd_lights import is_light, note_clipped, read_camera, read_light
-from photonmap.io.readers.usd_meshes import SHAPES, Geometry, is_known
-from photonmap.io.readers.usd_stage import Stage, check_layers, open_stage
+from photonmap.io.readers.usd.lights import is_light, note_clipped, read_camera, read_light
+from photonmap.io.readers.usd.meshes import SHAPES, Geometry, is_known
+from photonmap.io.readers.usd.stage import Stage, check_layers, open_stage
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import Light
 from photonmap.scene.mesh import Mesh

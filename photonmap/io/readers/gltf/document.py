@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import Ints, Note
-from photonmap.io.readers.gltf_materials import Json, Placement
+from photonmap.io.readers.gltf.materials import Json, Placement
 from photonmap.io.readers.meshes import Part, unit_rows
 from photonmap.io.readers.registry import extended
 from photonmap.runtime.bounds import OF_TRIANGLE, Budget

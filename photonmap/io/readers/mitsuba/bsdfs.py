@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from photonmap.io.readers import mitsuba_albedos as albedos
-from photonmap.io.readers import mitsuba_colors as colors
 from photonmap.io.readers.decoding import SHEEN, plain
-from photonmap.io.readers.mitsuba_nodes import Node, once
+from photonmap.io.readers.mitsuba import albedos, colors
+from photonmap.io.readers.mitsuba.nodes import Node, once
 from photonmap.kernels.core.color import LUMINANCE
 from photonmap.runtime.wording import shown
 from photonmap.scene.material import Material

@@ -18,9 +18,9 @@ from photonmap.errors import InputError
 from photonmap.io.readers import meshes, obj, ply
 from photonmap.io.readers.decoding import Losses, decode_file, plain, point_ahead
 from photonmap.io.readers.environment_maps import turned_map
-from photonmap.io.readers.mitsuba_bsdfs import is_one_sided, read_material
-from photonmap.io.readers.mitsuba_colors import combined, read_paint, read_plain
-from photonmap.io.readers.mitsuba_nodes import Context, Node, load_nodes, once
+from photonmap.io.readers.mitsuba.bsdfs import is_one_sided, read_material
+from photonmap.io.readers.mitsuba.colors import combined, read_paint, read_plain
+from photonmap.io.readers.mitsuba.nodes import Context, Node, load_nodes, once
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.bounds import OF_TRIANGLE, check_unpacked
 from photonmap.runtime.files import allowed_folder

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import plain
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
-from photonmap.io.readers.usd_stage import Stage
+from photonmap.io.readers.usd.stage import Stage
 from photonmap.scene.images import Channels, Image, decode_srgb
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.fresnel import normal_reflectance

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.io.readers import meshes
 from photonmap.io.readers.decoding import Ints
-from photonmap.io.readers.usd_lights import is_light
-from photonmap.io.readers.usd_materials import Look
-from photonmap.io.readers.usd_stage import Stage
+from photonmap.io.readers.usd.lights import is_light
+from photonmap.io.readers.usd.materials import Look
+from photonmap.io.readers.usd.stage import Stage
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.textures import is_black
 from photonmap.spectra.curves import Floats

@@ -14,7 +14,7 @@ from photonmap.errors import InputError
 from photonmap.io.readers import decoding, meshes
 from photonmap.io.readers.decoding import plain
 from photonmap.io.readers.environment_maps import turned_map
-from photonmap.io.readers.usd_stage import Stage
+from photonmap.io.readers.usd.stage import Stage
 from photonmap.scene.camera import Camera, Lens, check_camera
 from photonmap.scene.images import Image
 from photonmap.scene.lights import DirectionalLight, DomeLight, Light, PointLight, SpotLight

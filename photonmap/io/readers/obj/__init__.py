@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError, naming, warn
 from photonmap.io.readers.decoding import Ints
 from photonmap.io.readers.meshes import triangulate, vertex_normals
-from photonmap.io.readers.mtl import read_mtl
-from photonmap.io.readers.obj_lines import ObjLines, Source, parse_lines, read_source
+from photonmap.io.readers.obj.lines import ObjLines, Source, parse_lines, read_source
+from photonmap.io.readers.obj.mtl import read_mtl
 from photonmap.io.readers.registry import GREY, MissingTextures, ReadOptions
 from photonmap.runtime.files import named_file
 from photonmap.runtime.wording import listed, shown, suggest

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from photonmap.errors import InputError
-from photonmap.io.readers import decoding, gltf_document, gltf_materials, meshes
-from photonmap.io.readers.gltf_materials import Textures, Tint, find_placement, read_material
+from photonmap.io.readers import decoding, meshes
+from photonmap.io.readers.gltf import document, materials
+from photonmap.io.readers.gltf.materials import Textures, Tint, find_placement, read_material
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.bounds import OF_TRIANGLE
 from photonmap.runtime.wording import listed, shown
@@ -46,7 +47,7 @@ _DIM = (
 _VISIBILITY, _VARIANTS = "KHR_node_visibility", "KHR_materials_variants"
 _HARMLESS = re.compile(
     "KHR_materials_|KHR_texture_|EXT_texture_|MSFT_texture_|KHR_lights_punctual$"
-    f"|KHR_mesh_quantization$|KHR_xmp|{gltf_document.COPIES}$|{_VISIBILITY}$"
+    f"|KHR_mesh_quantization$|KHR_xmp|{document.COPIES}$|{_VISIBILITY}$"
 )
 """glTF extensions that a file may require: they are read, or geometry is the same without them."""
 _NAMED = re.compile(".*_compression$|KHR_animation_pointer$")
@@ -61,7 +62,7 @@ _Primitive = tuple[meshes.Part, dict[str, Any]]  # Triangles, and the JSON that 
 
 
 @dataclass
-class Gltf(gltf_document.Document):
+class Gltf(document.Document):
     """A glTF file, and what is read from it."""
 
     options: ReadOptions = field(kw_only=True)  # a user's choices
@@ -80,12 +81,12 @@ class Gltf(gltf_document.Document):
     @cached_property
     def placed(self) -> dict[int, Floats]:
         """The nodes that belong to the scene in ascending order, and their matrices."""
-        return dict(sorted(gltf_document.place_nodes(self, _roots(self)).items()))
+        return dict(sorted(document.place_nodes(self, _roots(self)).items()))
 
     @cached_property
     def _all_placed(self) -> dict[int, Floats]:
         """All nodes and their matrices: bones may stand beside the scene."""
-        return gltf_document.place_nodes(self, _tops(self))
+        return document.place_nodes(self, _tops(self))
 
     @cached_property
     def hidden(self) -> set[int]:
@@ -184,7 +185,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: decoding.Losses) -> Scene:
     is_glb = path.suffix.lower() == ".glb"
-    tree, binary = gltf_document.split_glb(path, data) if is_glb else (data, None)
+    tree, binary = document.split_glb(path, data) if is_glb else (data, None)
     text = _whole(bytes(tree).decode("utf-8-sig"))
     gltf = Gltf(path, json.loads(text), binary, options=options, losses=losses)
     _check_gltf(gltf)
@@ -246,11 +247,11 @@ def _tops(gltf: Gltf) -> list[int]:
 
 def _parts(gltf: Gltf, mesh: dict[str, Any]) -> Iterator[_Primitive]:
     for primitive in mesh["primitives"]:
-        if primitive.get("mode", gltf_document.TRIANGLES) in gltf_document.MODES:
+        if primitive.get("mode", document.TRIANGLES) in document.MODES:
             material = primitive.get("material")
             item = {} if material is None else gltf.item("materials", material)
             lose = partial(decoding.note_loss, gltf.losses)
-            part = gltf_document.read_primitive(gltf, primitive, find_placement(item), lose)
+            part = document.read_primitive(gltf, primitive, find_placement(item), lose)
             if len(part.faces):
                 yield part, primitive
 
@@ -264,16 +265,16 @@ def _instances(gltf: Gltf) -> Iterator[Mesh]:
         mesh = gltf.item("meshes", node["mesh"])
         wanted = node.get("name") or mesh.get("name") or "node"
         name = decoding.unused_name(str(wanted), index, names)
-        places = gltf_document.find_copies(gltf, node)
-        pose = gltf_document.find_pose(gltf, node, gltf.matrix)
+        places = document.find_copies(gltf, node)
+        pose = document.find_pose(gltf, node, gltf.matrix)
         if places is not None and pose.bones is not None:
-            decoding.note_loss(gltf.losses, f"{gltf_document.COPIES} beside a skin", name)
+            decoding.note_loss(gltf.losses, f"{document.COPIES} beside a skin", name)
             places = None
         for part, primitive in gltf.parts(node["mesh"]):
             shown_times = 1 if places is None else len(places)
             gltf.budget.spend(OF_TRIANGLE * len(part.faces) * shown_times)
             lose = partial(decoding.note_loss, gltf.losses, owner=name)
-            part, is_placed = gltf_document.strike_pose(gltf, part, primitive, pose, lose)
+            part, is_placed = document.strike_pose(gltf, part, primitive, pose, lose)
             part, material = _paint(gltf, part, primitive.get("material"))
             _note_backs(gltf, part, primitive.get("material"), material)
             if places is None:
@@ -307,16 +308,16 @@ def _paint(gltf: Gltf, part: meshes.Part, index: int | None) -> tuple[meshes.Par
         decoding.note_loss(gltf.losses, "variation of opacity of vertices", material.name)
     if not varies[:3].any():
         return plain, material
-    white = gltf.material(index, gltf_materials.WHITE)
+    white = gltf.material(index, materials.WHITE)
     if not isinstance(material.reflectance, Texture):
         if material.has_textured_lobe:
-            decoding.note_loss(gltf.losses, gltf_materials.LOBES, material.name)
+            decoding.note_loss(gltf.losses, materials.LOBES, material.name)
         for image, lost in _IMAGES_OF_DIRECTIONS.items():
             if getattr(getattr(material, image), "texture", None) is not None:
                 decoding.note_loss(gltf.losses, lost, material.name)
         material = gltf.even.setdefault(id(material), without_images(material))
     if mean_color(white.glossy) != mean_color(material.glossy):
-        decoding.note_loss(gltf.losses, gltf_materials.METAL_COLORS, material.name)
+        decoding.note_loss(gltf.losses, materials.METAL_COLORS, material.name)
     if material.is_textured or material.ior is not None:
         decoding.note_loss(gltf.losses, "variation of colours of vertices", material.name)
         return plain, material
@@ -329,7 +330,7 @@ def _note_gltf(gltf: Gltf) -> None:
         decoding.note_loss(gltf.losses, "animations")
     for node in gltf.tree.get("nodes", []):
         for name in node.get("extensions", ()):
-            if name not in (_LIGHTS, gltf_document.COPIES, _VISIBILITY):
+            if name not in (_LIGHTS, document.COPIES, _VISIBILITY):
                 decoding.note_loss(gltf.losses, name)
     holders = [gltf.tree, *gltf.tree.get("scenes", [])]
     others = {name: None for each in holders for name in each.get("extensions", ())}
@@ -338,12 +339,12 @@ def _note_gltf(gltf: Gltf) -> None:
             decoding.note_loss(gltf.losses, name)
     for mesh in gltf.tree.get("meshes", []):
         for primitive in mesh["primitives"]:
-            if primitive.get("mode", gltf_document.TRIANGLES) not in gltf_document.MODES:
+            if primitive.get("mode", document.TRIANGLES) not in document.MODES:
                 decoding.note_loss(gltf.losses, "points and lines")
 
 
 @dataclass(frozen=True)
-class NodeItem(gltf_materials.Described):
+class NodeItem(materials.Described):
     """A camera or a light, where a node puts it."""
 
     kind = "node"
