@@ -21,6 +21,11 @@ FULL = ("No space left", "MB are free", "quota exceeded")
 _LONGEST = 255
 """Bytes of a name that nearly all file systems take."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
+_REMEDIES = {
+    "room": ", and {free} are free; make room on this disk",
+    "a higher limit": "; raise the limit of files' sizes",
+    "something unknown": "; check the disk",
+}
 _NEARLY_FULL = 100e6
 """Free bytes on a disk below which an error without a number, as OpenEXR's, may mean it is full."""
 
@@ -111,24 +116,31 @@ def naming_written(
         here = 0 if drafts is None else _bytes_in(drafts)
         made, free = here + getattr(error, "made", 0), here + shutil.disk_usage(place).free
         text = " ".join(str(error).split())
-        is_full = error.errno in _FULL or any(sign in text for sign in FULL)
-        is_full = is_full or (error.errno is None and free < _NEARLY_FULL)
-        is_limited = error.errno == errno.EFBIG or os.strerror(errno.EFBIG) in text
-        if not (is_full or is_limited or error.errno is None):
+        lack = _lack(error, text, free)
+        if lack is None:
             raise
         reason = getattr(error, "reason", None) or (error.errno and error.strerror) or text
         reason = reason.replace(f"{drafts}/", "")
+        is_full = lack == "room"
         least = max(made, free if is_full else 0)
         amount = f"more than {_megabytes(least)}" if size is None else f"about {_megabytes(size)}"
-        problem = f"it needs {amount}"
-        if is_full:
-            problem += f", and {_megabytes(free)} are free; make room on this disk"
-        else:
-            problem += "; raise the limit of files' sizes" if is_limited else "; check the disk"
+        remedy = _REMEDIES[lack].format(free=_megabytes(free))
+        problem = f"it needs {amount}{remedy}"
         named = WriteError(f"cannot write {wanted} ({reason}): {problem}, or choose another folder")
         named.errno = errno.ENOSPC if is_full else error.errno
         named.reason, named.made = reason, made
         raise named from None
+
+
+def _lack(error: OSError, text: str, free: int) -> str | None:
+    """Return what a write lacked, one of `_REMEDIES`; None if the error says something else."""
+    if error.errno in _FULL or any(sign in text for sign in FULL):
+        return "room"
+    if error.errno is None and free < _NEARLY_FULL:
+        return "room"
+    if error.errno == errno.EFBIG or os.strerror(errno.EFBIG) in text:
+        return "a higher limit"
+    return "something unknown" if error.errno is None else None
 
 
 def _bytes_in(place: Path) -> int:
