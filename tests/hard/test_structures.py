@@ -5,6 +5,7 @@ left out, repeated, exchanged, or replaced by odd ones; then it is put together 
 `make fuzz-gltf` and so on do that COUNT times.
 """
 
+import copy
 import json
 import os
 import re
@@ -150,7 +151,7 @@ def in_tree(make, write):
                 case 2 if isinstance(tree, list):
                     tree.insert(key, json.loads(json.dumps(tree[key])))
                 case _:
-                    tree[key] = ODD[rng.integers(len(ODD))]
+                    tree[key] = copy.deepcopy(ODD[rng.integers(len(ODD))])
         return write(described)
 
     return changed
