@@ -166,7 +166,7 @@ TABLE = (
         "fluorescence",
         "light that changed its band at the surface seen, a part of direct and of indirect",
         "radiance", "passes", "mean",
-        has_error=True, has_block_error=True, per_light=True,
+        has_error=True, has_block_error=True, is_goal=True, per_light=True,
         omitted="without fluorescent surfaces",
     ),
     Buffer(

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import DEFAULT, in_order, kept_in
+from photonmap.buffers import DEFAULT, Omission, in_order, kept_in
 from photonmap.compile.effects import EffectPlan, leave_out, plan_effects
 from photonmap.compile.lights.probabilities import downweight_hidden
 from photonmap.compile.scene_arrays import CompiledScene, compile_scene, describe_run
@@ -253,8 +253,11 @@ def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
         settings.unbiased, compiled.specular is not None, pass_scene.specular is not None
     )
     warn_of_lost_caustics(settings.method, simulated, effects)
-    if not pass_scene.has_residual:
-        refuse_omitted(settings.budget.goal, kept)
+    lacking: dict[Omission, bool] = {
+        "without mirrors, glass or rough surfaces": not pass_scene.has_residual,
+        "without fluorescent surfaces": pass_scene.fluorescence is None,
+    }
+    refuse_omitted(settings.budget.goal, kept, [why for why, is_so in lacking.items() if is_so])
     return RenderPlan(simulated, pass_scene, effects, columns, kept, storage, fingerprint)
 
 

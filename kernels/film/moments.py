@@ -14,9 +14,11 @@ from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.warp import INV_PI
 
-GOAL_BUFFERS = ("radiance", "direct", "indirect", "caustics", "residual", "shading")
+GOAL_BUFFERS = (
+    "radiance", "direct", "indirect", "caustics", "residual", "fluorescence", "shading",
+)  # fmt: skip
 """Buffers whose error may be asked for; kernels take their index"""
-RADIANCE, DIRECT, INDIRECT, CAUSTICS, RESIDUAL, SHADING = range(len(GOAL_BUFFERS))
+RADIANCE, DIRECT, INDIRECT, CAUSTICS, RESIDUAL, FLUORESCENCE, SHADING = range(len(GOAL_BUFFERS))
 
 
 def welford_step(value, mean, weight):
@@ -256,6 +258,15 @@ def _specular_light(specular, buffer, pixel, band):
 
 
 @jit
+def _fluorescence(fluorescence, pixel, band):
+    """Return the mean and spread of fluorescence: 0 where no surface fluoresces."""
+    if fluorescence is None:
+        return 0.0, 0.0
+    spread = fluorescence.fluorescence_spread[pixel, band]
+    return fluorescence.fluorescence[pixel, band], float(spread)
+
+
+@jit
 def _light(moments, specular, buffer, pixel, band):
     """Return the mean and spread of a buffer of `GOAL_BUFFERS`, where nothing emits."""
     if buffer == RADIANCE:
@@ -267,6 +278,8 @@ def _light(moments, specular, buffer, pixel, band):
         return moments.indirect[pixel, band], float(moments.indirect_spread[pixel, band])
     if buffer == SHADING:
         return _shading(moments, specular, pixel, band)
+    if buffer == FLUORESCENCE:
+        return _fluorescence(moments.fluorescence, pixel, band)
     return _specular_light(specular, buffer, pixel, band)
 
 

@@ -143,7 +143,8 @@ def _flags(scene, cache, triangle, cell):
     if total(cache.radiosity, cell) > 0.0:
         return FOUND
     material = scene.geometry.material[triangle]
-    return EMPTY if total(scene.materials.reflectance, material) > 0.0 else 0
+    is_black = total(scene.materials.reflectance, material) == 0.0
+    return 0 if is_black and not fluoresces(scene, triangle) else EMPTY
 
 
 @jit

@@ -47,7 +47,8 @@ _STUDY: list[shared.Row] = [
     ("step", "NM", "distance between samples of the curves, nm; 0.5 is as good as exact",
      {"read": shared.number(*_STEPS, " nm"), "default": 5.0, "default_text": "5"}),
     ("fluorescence", "DYE",
-     "also study chips with a dye: a fluorophore by name, or the FILE of a Donaldson matrix", {}),
+     "also study chips with a dye: a fluorophore by name, or the FILE of a Donaldson matrix; the "
+     "outer values of reflectances then hold beyond them", {}),
     ("best", None,
      "also find the best Gaussians for 1 to 31 bands, after 2 bounces whatever --bounces",
      {"default": False}),
@@ -65,6 +66,7 @@ def run(options: argparse.Namespace) -> None:
     from photonmap.runtime.writing import check_file
     from photonmap.sensors.comparison import compare_bands
     from photonmap.sensors.report import write_errors, write_plot
+    from photonmap.spectra.sensitivities import ENDS
 
     if options.csv:
         check_file(options.csv)
@@ -72,6 +74,8 @@ def run(options: argparse.Namespace) -> None:
         check_plot(options.plot)
     bands = _bands(options.bands, options.range)
     reflectances, source = _reflectances(options)
+    if options.fluorescence:  # is excited beyond what chips were measured in
+        reflectances = reflectances.held(*ENDS)
     illuminant = _illuminant(options.illuminant)
     found = compare_bands(
         bands, reflectances, illuminant, options.bounces, options.dark / 100.0, options.step

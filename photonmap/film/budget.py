@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
-from photonmap.buffers import is_omitted, names_where
+from photonmap.buffers import BY_NAME, Omission, names_where, row_of
 from photonmap.errors import InputError
 from photonmap.runtime.wording import shown, suggest
 
@@ -79,17 +79,15 @@ def _read_number(text: str) -> float | None:
         return None
 
 
-def refuse_omitted(goal: Goal | None, kept: Collection[str]) -> None:
-    """Refuse a goal and a choice of buffers that need mirrors, glass or rough surfaces."""
-    if goal is not None and is_omitted(goal.buffer):
+def refuse_omitted(goal: Goal | None, kept: Collection[str], lacking: Collection[Omission]) -> None:
+    """Refuse a goal and a choice of buffers that need what a scene is `lacking`, an `Omission`."""
+    if goal is not None and (why := BY_NAME[goal.buffer].omitted) in lacking:
+        raise InputError(f"error {goal}: {why} {goal.buffer} is exactly 0; choose another buffer")
+    omissions = {row.omitted for name in kept if (row := row_of(name))}
+    if lacking and omissions <= {*lacking, "where it is 0 everywhere"}:
         raise InputError(
-            f"error {goal}: without mirrors, glass or rough surfaces {goal.buffer} is exactly "
-            f"0; choose another buffer"
-        )
-    if all(is_omitted(name) for name in kept):
-        raise InputError(
-            f"buffers {', '.join(sorted(kept))}: without mirrors, glass or rough surfaces there "
-            f"may be none of them; ask for another buffer too"
+            f"buffers {', '.join(sorted(kept))}: {' and '.join(lacking)} there may be none of "
+            "them; ask for another buffer too"
         )
 
 

@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.errors import InputError
-from photonmap.spectra.bands import Bands
-from photonmap.spectra.curves import Spectrum, SpectrumSet, check_covers, resample, without_tails
+from photonmap.errors import InputError, naming
+from photonmap.spectra.bands import Bands, seen_range
+from photonmap.spectra.curves import Spectrum, SpectrumSet, check_covers, resample
 
 Floats = NDArray[np.float64]
 
@@ -92,9 +92,11 @@ def sample_band(
     As in a render, curves keep their outer values in the tails of the sensitivity.
     """
     nodes, weights = sensitivity_nodes(sensitivity, step)
-    seen = without_tails(sensitivity)
-    check_covers(reflectances.wavelengths, *seen)
-    illuminant.check_covers(*seen)
+    seen = seen_range(sensitivity)
+    with naming("reflectances"):
+        check_covers(reflectances.wavelengths, *seen, "held(…) in code, as --fluorescence does")
+    with naming("illuminant"):
+        illuminant.check_covers(*seen)
     curves = resample(nodes, reflectances.wavelengths, reflectances.values)
     return weights, curves, illuminant(nodes)
 

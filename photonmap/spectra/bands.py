@@ -369,12 +369,9 @@ class Bands:
 
     @cached_property
     def _needed(self) -> Limits:
-        """The range, nm, that curves must cover: 400 to 700, and all but the tails of bands.
-
-        Of bands that reach a little beyond 300 to 780, that: tables of light end there.
-        """
-        ends = np.array([VISIBLE, *map(without_tails, self.sensitivities)])
-        return _within_tables(float(ends[:, 0].min()), float(ends[:, 1].max()))
+        """The range, nm, that curves must cover: 400 to 700, and `seen_range` of every band."""
+        ends = np.array([VISIBLE, *map(seen_range, self.sensitivities)])
+        return float(ends[:, 0].min()), float(ends[:, 1].max())
 
     def _check_covered(self, color: Spectrum) -> None:
         if not color.wavelengths[0] <= self._needed[0] < self._needed[1] <= color.wavelengths[-1]:
@@ -393,6 +390,14 @@ class Bands:
             "a colour is a number, three numbers of linear RGB, or a Spectrum, as "
             f"photonmap.reflectance and photonmap.emission make it from a text; got {shown(color)}"
         )
+
+
+def seen_range(sensitivity: Spectrum) -> Limits:
+    """Return the range, nm, that curves must cover for a band: all but its tails.
+
+    Of a band that reaches a little beyond 300 to 780 nm, that: tables of light end there.
+    """
+    return _within_tables(*without_tails(sensitivity))
 
 
 def _within_tables(low: float, high: float) -> Limits:

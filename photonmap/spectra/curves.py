@@ -172,6 +172,13 @@ class SpectrumSet:
             key = self.names.index(key)
         return Spectrum(self.wavelengths, self.values[key])
 
+    def held(self, low: float, high: float) -> SpectrumSet:
+        """Return the curves with their outer values also at `low` and `high` (nm), beyond them."""
+        wavelengths = merge_grids(self.wavelengths, np.array([low, high]))
+        return SpectrumSet(
+            wavelengths, resample(wavelengths, self.wavelengths, self.values), self.names
+        )
+
     def at(self, wavelengths: Floats) -> Floats:
         """Return all curves at `wavelengths` (M,), nm, increasing: (C, M) float64.
 
@@ -203,7 +210,11 @@ def check_emission(wavelengths: Floats, values: Floats) -> None:
         )
 
 
-def check_covers(wavelengths: Floats, low: float, high: float) -> None:
+HELD = f"'{EXTRAPOLATE}' before the name, Spectrum(…, extrapolate=True) in code"
+"""How a user asks that the outer values of a curve hold beyond its samples."""
+
+
+def check_covers(wavelengths: Floats, low: float, high: float, held: str = HELD) -> None:
     """Raise `InputError`, saying what is missing, unless samples cover `low` to `high` (nm)."""
     first, last = wavelengths[0], wavelengths[-1]
     if first <= low and last >= high:
@@ -211,11 +222,10 @@ def check_covers(wavelengths: Floats, low: float, high: float) -> None:
     below = [f"{low:g}-{min(first, high):g}"] if first > low else []
     above = [f"{max(last, low):g}-{high:g}"] if last < high else []
     missing = " and ".join(below + above)
-    narrow = "narrow the bands to 400:700 (--range; in code Bands.parse(…, (400, 700))), or "
+    narrow = "choose bands within what it covers, give a curve that covers more, or "
     raise InputError(
         f"the curve covers {first:g}-{last:g} nm, but {low:g}-{high:g} nm is needed: {missing} nm "
-        f"is missing; {'' if (low, high) == VISIBLE else narrow}extend the outer values: "
-        f"'{EXTRAPOLATE}' before the name, Spectrum(…, extrapolate=True) in code"
+        f"is missing; {'' if (low, high) == VISIBLE else narrow}extend the outer values: {held}"
     )
 
 

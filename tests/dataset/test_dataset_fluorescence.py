@@ -1,13 +1,18 @@
 """Data sets of fluorescent materials: what fluoresces, the buffer in files, and what is checked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import photonmap as pm
 from photonmap.dataset.files.derived_buffers import as_rgb, with_derived
+from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
+from photonmap.dataset.jobs.presets import load_preset, with_illuminations
 from photonmap.dataset.jobs.verify import check_identities
 from photonmap.dataset.models.materials import FLUORESCENT, Palette, surface_of
 from photonmap.dataset.scenes.build import build_scene
+from photonmap.dataset.scenes.illumination import Illumination, light_spectrum
 
 pytestmark = pytest.mark.filterwarnings("ignore:fluorescence is excited")
 
@@ -26,6 +31,19 @@ def test_white_textiles_and_half_of_the_saturated_chips_fluoresce():
     assert all(name in chip.name for name, chip in accents)  # the same chips are drawn
     assert 8 < sum(chip.fluorescence is not None for _, chip in accents) < 32
     assert surface_of(glowing.grey(9).name).lighter(-2.0).material().fluorescence is not None
+
+
+def test_drawn_lights_are_known_in_all_bands():
+    """Lamps were measured from 380 nm on; named illuminations draw others in ultraviolet bands."""
+    common = CommonSettings((8, 8), "300:780:20", "0.1", materials="fluorescent")
+    drawn = ["colored", "two_mixed", "random_3"]
+    preset = with_illuminations(load_preset("small"), drawn)
+    for job in plan_jobs(preset, [], common):
+        for color in job.colors:
+            assert light_spectrum(color).wavelengths[0] <= 300.0
+    preset = replace(preset, illuminations=(Illumination("mine", ("HPS",)),))
+    with pytest.raises(pm.InputError, match="'mine', light 'HPS': the curve covers 380-780 nm, bu"):
+        plan_jobs(preset, [], common)
 
 
 @pytest.mark.parametrize("light", ["white", "black_light", "led_405"])

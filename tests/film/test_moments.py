@@ -146,9 +146,10 @@ def test_errors_of_any_buffer(stacked, name, weights):
     passes, _ = stacked
     rng = np.random.default_rng(8)
     with Workers(2) as workers:
-        moments = Accumulator(SIZE, BANDS, workers, True, np.array(weights))
+        glows = name == "fluorescence"
+        moments = Accumulator(SIZE, BANDS, workers, True, np.array(weights), fluorescent=glows)
         for pixels in passes:
-            seen = rng.random((5, SIZE, BANDS), dtype=np.float32)
+            seen = rng.random((9 if glows else 5, SIZE, BANDS), dtype=np.float32)
             seen[FIRST_CAUSTIC, 40:] = 0.0  # where nothing is reflected
             moments.add(pixels, seen)
         buffers, errors = moments.finish(1.0)

@@ -245,6 +245,9 @@ def test_a_damaged_stage_is_refused(load, tmp_path, capfd):
     with pytest.raises(pm.InputError, match=r"a\.usda: is not a USD stage") as refused:
         load('def Mesh "m" {{{')
     assert "\n" not in str(refused.value)
+    broken = 'def Mesh "m" {\n  int[] faceVertexCounts = [3\n  float3[] extent = []\n}'
+    with pytest.raises(pm.InputError, match=r"c\.usda:\d: .* damaged at 'float3\[\] extent"):
+        load(broken, name="c.usda")
     with pytest.raises(pm.InputError, match="its faces have 4 corners, but 3 are given"):
         load(triangle().replace("[3]", "[4]"), name="b.usda")
     assert capfd.readouterr().err == ""

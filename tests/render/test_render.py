@@ -7,12 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.scenes import CAMERA, GREY, closed_box, quad
 
 import photonmap as pm
 from photonmap.buffers import DEFAULT
 from photonmap.film.budget import LEAST_PASSES
 from photonmap.runtime.progress import Silent
+from photonmap.spectra.fluorophores import named
 
 ARRAYS = DEFAULT
 
@@ -198,7 +200,9 @@ def test_smooth_normals_agree_with_the_path_tracer():
         ({"pixel": "round"}, "round"),
         ({"method": "magic"}, "magic"),
         ({"error": "indirect:95:0.1"}, "'95' is not a percentile"),
-        ({"error": "residual:0.1"}, "residual is exactly 0"),
+        ({"error": "residual:0.1"}, "without mirrors, .* residual is exactly 0"),
+        ({"error": "fluorescence:0.1"}, "without fluorescent surfaces fluorescence is exactly 0"),
+        ({"buffers": "caustics,fluorescence"}, "without mirrors, .* and without fluorescent"),
     ],
 )
 def test_bad_options(cornell, options, message):
@@ -206,9 +210,14 @@ def test_bad_options(cornell, options, message):
         pm.render(cornell, **{"size": (4, 4), **options})
 
 
-def test_unresolved_marks_pixels_that_no_photon_reached(cornell):
+GLOWING = pm.Material("black", 0.0, fluorescence=named("fluorescein"))
+
+
+@pytest.mark.filterwarnings("ignore:bands do not resolve")
+@pytest.mark.parametrize("material", [GREY, *slow(GLOWING)], ids=["grey", "fluorescent"])
+def test_unresolved_marks_pixels_that_no_photon_reached(cornell, material):
     """Inside a sealed box no light is found, though photons were stored outside."""
-    sealed = closed_box(GREY, 0.3, 0.6, "sealed")
+    sealed = closed_box(material, 0.3, 0.6, "sealed")
     camera = pm.Camera((0.45, 0.45, 0.59), (0.45, 0.45, 0.0), fov=80.0)
     with pytest.warns(pm.SceneWarning, match="sends nothing into the view"):
         inside = pm.render(

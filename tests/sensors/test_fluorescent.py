@@ -21,6 +21,13 @@ def test_more_bands_err_less_and_ultraviolet_is_needed_for_brighteners():
     assert missed[1] > 3.0 * seen[1]
 
 
+def test_chips_hold_their_outer_values_in_ultraviolet_bands_with_a_dye_alone(capsys):
+    study = ["sensors", "--bands", "310:730:60", "--bounces", "1"]
+    assert main(study) != 0
+    assert "reflectances: the curve covers 380-730 nm, but 300-" in capsys.readouterr().err
+    assert main([*study, "--fluorescence", "optical brightener"]) in (0, None)
+
+
 def test_the_command_prints_them(capsys):
     main(["sensors", "--bands", "3", "--bounces", "2", "--fluorescence", "fluorescein"])
     assert "Error within the bands of chips with fluorescein" in capsys.readouterr().out

@@ -103,7 +103,7 @@ def test_what_a_curve_must_cover(wavelengths, missing):
             with pytest.raises(InputError, match=f"{missing}; extend the outer .*extrapolate"):
                 kind(Spectrum(wavelengths, [1, 1]))
             assert kind(Spectrum(wavelengths, [0.5, 0.5], extrapolate=True)).shape[0] > 2
-    with pytest.raises(InputError, match="380-400 and 700-780 nm is missing; narrow"):
+    with pytest.raises(InputError, match="380-400 and 700-780 nm is missing; choose bands"):
         Bands.gaussian(6, 380, 780).reflectance(Spectrum([400, 700], [1, 1]))
     with pytest.raises(InputError, match="400-450 and 650-700 nm is missing"):
         Bands.gaussian(6, 450, 650).reflectance(Spectrum([450, 650], [1, 1]))

@@ -20,9 +20,10 @@ from photonmap.dataset.models.materials import MATERIALS
 from photonmap.dataset.scenes.build import LARGEST_SEED, check_looks, draw_illumination
 from photonmap.dataset.scenes.illumination import digest_of_light, light_spectrum
 from photonmap.dataset.scenes.views import View
-from photonmap.errors import InputError, warn
+from photonmap.errors import InputError, naming, warn
 from photonmap.report.tables import aligned
 from photonmap.runtime.wording import shown
+from photonmap.spectra.bands import Bands
 from photonmap.spectra.projection import REC2020
 
 MAX_IMAGES = 1_000_000
@@ -249,16 +250,17 @@ def plan_jobs(
     if not 0 <= seed <= LARGEST_SEED - count + 1:
         raise InputError(f"seed {seed} must be from 0 to {LARGEST_SEED - count + 1}")
     scenes = [*((name, "") for name in preset.scenes), *((f.path, f.content) for f in files)]
+    bands = Bands.parse(common.bands)
     jobs = [
         Job(scene, drawn, lit.name, lit.colors, view, common, content, lit.shares)
         for drawn in range(seed, seed + count)
         for scene, content in scenes
         for given in preset.illuminations
-        for lit in [draw_illumination(content or scene, drawn, given)]
+        for lit in [draw_illumination(content or scene, drawn, given, bands)]
         for view in preset.views
     ]
     jobs = _identify_lights([_as_split(job, preset) for job in jobs])
-    _check(jobs)
+    _check(jobs, bands)
     _warn_of_colors(files, jobs)
     _warn_of_unused(preset, jobs)
     return jobs
@@ -306,14 +308,15 @@ def _warn_of_unused(preset: Preset, jobs: Sequence[Job]) -> None:
         )
 
 
-def _check(jobs: Sequence[Job]) -> None:
-    """Reject unknown lights, images of equal names, and names that folders cannot have."""
+def _check(jobs: Sequence[Job], bands: Bands) -> None:
+    """Reject lights not known in all bands, images of equal names, and names of no folder."""
     for job in jobs:
         if why := fault_of(job.name, is_part=True):
             problem = f"the image {shown(job.name)} cannot have a folder, as its name {why}"
             raise InputError(f"{problem}; rename the scene file")
-    for color in {color for job in jobs for color in job.colors}:
-        light_spectrum(color)
+    for name, color in sorted({(job.illumination, color) for job in jobs for color in job.colors}):
+        with naming(f"illumination {name!r}, light {color!r}"):
+            bands.emission(light_spectrum(color))
     names, counts = np.unique([job.name for job in jobs], return_counts=True)
     if (counts > 1).any():
         name = names[counts > 1][0]

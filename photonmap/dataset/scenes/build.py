@@ -21,6 +21,7 @@ from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
 from photonmap.scene.scene import Scene
+from photonmap.spectra.bands import Bands
 
 SCENES = (*OBJECTS, *ROOMS, *OUTDOORS)
 """Names of all scenes: single objects, rooms, and places outdoors."""
@@ -73,12 +74,15 @@ def build_scene(
 
 
 def draw_illumination(
-    name: str, seed: int, illumination: AnyIllumination = "white"
+    name: str, seed: int, illumination: AnyIllumination = "white", bands: Bands | None = None
 ) -> Illumination:
-    """Draw the lights of an illumination for a scene name and seed; see `build_scene`."""
+    """Draw the lights of an illumination for a scene name and seed; see `build_scene`.
+
+    Of those that are known in all bands, if these are given.
+    """
     found = find_illumination(illumination)
     purpose = f"{found.name} light" if isinstance(found, RandomLights) else "light"
-    return choose_illumination(found, _random(f"{purpose} of {name}", seed))
+    return choose_illumination(found, _random(f"{purpose} of {name}", seed), bands)
 
 
 def build_unlit_scene(

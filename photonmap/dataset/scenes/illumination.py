@@ -17,6 +17,7 @@ import numpy as np
 from photonmap.dataset.scenes.random_lights import RANDOM, RandomLights
 from photonmap.errors import InputError
 from photonmap.runtime.wording import suggest
+from photonmap.spectra.bands import Bands
 from photonmap.spectra.color_text import emission
 from photonmap.spectra.curves import EXTRAPOLATE, Spectrum
 from photonmap.spectra.daylight import ClearSky
@@ -33,6 +34,8 @@ NON_PLANCKIAN = (
     ("F40/C75 (Broadband FL)", "LED-RGB1"),
     ("FL12", "LED-B5"),
 )
+NON_PLANCKIAN_ULTRAVIOLET = (("led:405,15", "led:560,120"), ("black light", "led:590,100"))
+"""Instead of these, in bands of ultraviolet, where lamps were not measured."""
 ILLUMINATIONS = ("white", "colored", "two_planckian", "two_mixed")
 """White; one coloured light; a cool and a warm black body; two lights that are not black bodies."""
 CLEAR_SKY = "clear_sky"
@@ -116,18 +119,32 @@ def find_illumination(illumination: AnyIllumination) -> AnyIllumination:
     return RANDOM.get(illumination, illumination)
 
 
-def choose_illumination(illumination: AnyIllumination, rng: np.random.Generator) -> Illumination:
-    """Draw the lights of an illumination that leaves a choice, as `find_illumination` finds it."""
+def choose_illumination(
+    illumination: AnyIllumination, rng: np.random.Generator, bands: Bands | None = None
+) -> Illumination:
+    """Draw the lights of an illumination that leaves a choice, as `find_illumination` finds it.
+
+    They are drawn among lights whose spectra are known in all bands, if these are given.
+    """
+
+    def is_known(light: str) -> bool:
+        try:
+            return bands is None or bands.emission(light_spectrum(light)) is not None
+        except InputError:
+            return False
+
     found = find_illumination(illumination)
     if isinstance(found, Illumination):
         return found
     if isinstance(found, RandomLights):
-        return Illumination(found.name, *found.draw(rng))
+        return Illumination(found.name, *found.draw(rng, is_known))
+    pairs = [pair for pair in NON_PLANCKIAN if all(map(is_known, pair))]
+    pairs = pairs or [*NON_PLANCKIAN_ULTRAVIOLET]
     pick = {
         "white": (WHITE,),
-        "colored": (str(rng.choice(COLORED)),),
+        "colored": (str(rng.choice([*filter(is_known, COLORED)])),),
         "two_planckian": (str(rng.choice(COOL)), str(rng.choice(WARM))),
-        "two_mixed": NON_PLANCKIAN[int(rng.integers(len(NON_PLANCKIAN)))],
+        "two_mixed": pairs[int(rng.integers(len(pairs)))],
         **ULTRAVIOLET,
         CLEAR_SKY: (f"sky:{rng.uniform(*_HAZE):.1f},{rng.uniform(*_HEIGHT):.0f}",),
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,14 +68,19 @@ class RandomLights:
                 f"numbers from 1 to {MOST_LIGHTS}, the lower one first"
             )
 
-    def draw(self, rng: np.random.Generator) -> tuple[tuple[str, ...], tuple[float, ...]]:
-        """Draw the lights, each by its name and different from the others, and their shares."""
+    def draw(
+        self, rng: np.random.Generator, is_known: Callable[[str], bool] = lambda _: True
+    ) -> tuple[tuple[str, ...], tuple[float, ...]]:
+        """Draw the lights, each by its name and different from the others, and their shares.
+
+        Lamps of which `is_known` says no are drawn again; of black bodies it must not.
+        """
         count = int(rng.integers(self.least, self.most + 1))
         has_sky = count > 1 or bool(rng.random() < SKY_ALONE)
         lights = [draw_sky(rng)] if has_sky else []
         while len(lights) < count:
             lamp = draw_lamp(rng)
-            if lamp not in lights:
+            if lamp not in lights and is_known(lamp):
                 lights.append(lamp)
         return tuple(lights), draw_shares(rng, count)
 

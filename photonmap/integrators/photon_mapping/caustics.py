@@ -199,8 +199,10 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
     Of photons that lose nothing by them, and end at the first surface of another kind.
     """
     specular, textures, materials = scene.specular, scene.textures, scene.materials
-    scattering = scene.scattering
+    scattering, fluorescence = scene.scattering, scene.fluorescence
     assert specular
+    if fluorescence:
+        fluorescence = fluorescence._replace(matrix=np.zeros_like(fluorescence.matrix))
     if textures:
         textures = textures._replace(basis=np.zeros_like(textures.basis))
     if scattering:
@@ -212,7 +214,11 @@ def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float
     )
     black = materials._replace(reflectance=np.zeros_like(materials.reflectance))
     specular_only = scene._replace(
-        specular=lossless, textures=textures, materials=black, scattering=scattering
+        specular=lossless,
+        textures=textures,
+        materials=black,
+        scattering=scattering,
+        fluorescence=fluorescence,
     )
     return count_photons(specular_only, bands, LINGER_PILOT_PHOTONS, LINGER_REFLECTIONS, key)[1]
 

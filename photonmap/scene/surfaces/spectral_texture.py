@@ -131,7 +131,8 @@ class SpectralTexture(Texture):
             )
         check_wavelengths(at)
         if not extrapolate:
-            check_covers(at, *VISIBLE)
+            held = "extrapolate = true beside the file in TOML, extrapolate=True in code"
+            check_covers(at, *VISIBLE, held)
         spectra = np.ascontiguousarray(cube, np.float32).reshape(-1, len(at))
         if gain != 1.0:
             spectra = spectra * np.float32(gain)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -22,7 +23,8 @@ if find_spec("pxr") is not None:
     from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdShade
 
 MOST_LAYERS = 1000  # Files that a stage may be composed of
-_DAMAGED = "is not a USD stage, or is damaged; export it again"
+_DAMAGED = "is not a USD stage, or is damaged{}; export it again"
+_PARSING = re.compile(r":(\d+):\d+: parse error .* at ('.*')")  # What USD says of a text file
 _LINEAR = ("", "lin_rec709", "lin_rec709_scene", "lin_srgb", "linear", "raw")
 _TEMPLATE = "templateAssetPath"  # The one name of files that is text in USD's metadata
 _HEADER = 4096  # Bytes of an image file, among which its encoding is stated
@@ -121,7 +123,7 @@ def open_stage(path: Path, losses: decoding.Losses) -> Any:
     """
     root = _open_layer(path, str(path))
     if root is None:
-        raise InputError(_DAMAGED, path)
+        raise InputError(_DAMAGED.format(""), path)
     layers, waiting = {root.realPath: root, str(path): root}, [root]
     while waiting:
         layer = waiting.pop()
@@ -169,16 +171,19 @@ def _find(scene: Path, layer: Any, name: str) -> str:
 
 def _open_layer(scene: Path, found: str) -> Any:
     """Open a layer; None where there is no such file."""
-    held = Sdf.Layer.Find(found)
+    held, wrong = Sdf.Layer.Find(found), None
     try:
         if held and not held.dirty:  # of an earlier stage; the file may have changed
             held.Reload(force=True)
         layer = Sdf.Layer.FindOrOpen(found)
-    except Tf.ErrorException:
-        layer = None
+    except Tf.ErrorException as error:
+        layer, wrong = None, _PARSING.search(str(error))
     if layer is None and Ar.GetResolver().Resolve(found):
-        message = _DAMAGED if found == str(scene) else f"{shown(found)} {_DAMAGED}"
-        raise InputError(message, scene)
+        message = _DAMAGED.format(f" at {wrong[2]}" if wrong else "")
+        line = int(wrong[1]) if wrong else None
+        if found == str(scene):
+            raise InputError(message, scene, line)
+        raise InputError(f"{shown(found)}{f':{line}' if line else ''} {message}", scene)
     return layer
 
 
