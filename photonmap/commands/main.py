@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import atexit
 import errno
-import gc
 import re
 import sys
 import textwrap
@@ -60,7 +59,6 @@ def run_program() -> NoReturn:
     codes: list[int] = []
     atexit.register(_end, codes)  # before all others, and so called after them
     codes.append(main())
-    gc.freeze()  # to search for garbage on the way out takes an eighth of a short render's time
     sys.exit(codes[0])
 
 
