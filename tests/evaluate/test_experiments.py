@@ -107,6 +107,26 @@ def test_direct_light_alone(space):
         in_direct_light(image, whole, space)
 
 
+def test_direct_light_that_fluoresces_is_no_shading():
+    reflectance, seen = (layer.astype(np.float32) for layer in patches(bands=4))
+    zero, direct = np.zeros_like(reflectance), reflectance * seen
+    buffers = {
+        "radiance": 1.5 * direct, "direct": 1.2 * direct, "indirect": 0.3 * direct,
+        "fluorescence": 0.5 * direct, "reflectance": reflectance, "shading": seen,
+        "emission": zero, "residual": zero,
+    }  # fmt: skip
+    bands, whole = pm.Bands.parse(4), truth_of(reflectance.astype(float), seen.astype(float))
+    image = SimpleNamespace(result=pm.Result(buffers, {}, bands, {}), folder="folder")
+    with pytest.raises(InputError, match=r"fluoresce.* fluorescence_direct to --buffers"):
+        in_direct_light(image, whole, "bands")
+    buffers["fluorescence_direct"] = 0.2 * direct
+    image.result = pm.Result(buffers, {}, bands, {})
+    found = in_direct_light(image, whole, "bands")
+    for layer, wanted in (("shading", seen), ("radiance", 1.2 * direct)):
+        ratio = getattr(found, layer) / wanted
+        np.testing.assert_allclose(ratio, ratio.flat[0], rtol=1e-5)
+
+
 def papers_evaluation(rows):
     kinds = [Kind(content, light) for content in CONTENTS for light in COLORS_OF_LIGHT]
     scores = {

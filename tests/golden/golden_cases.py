@@ -10,6 +10,7 @@ import trimesh
 
 import photonmap as pm
 from photonmap.buffers import DEFAULT
+from photonmap.spectra.fluorophores import named
 
 SMALL = {"bands": 3, "size": (16, 12), "passes": 4, "photons": 2000, "threads": 2, "seed": 11}
 SMALL["buffers"] = DEFAULT
@@ -111,6 +112,20 @@ def merged(**settings):
     return pm.merge([render(scene, seed=seed, **settings) for seed in (1, 2)])
 
 
+def dyed():
+    """Walls with dyes, one black, and a coated ball with a dye."""
+    box, ball_dye = pm.scenes.cornell_box(), named("rhodamine 6g")
+    dyes = {"left": named("coumarin 6"), "back": named("fluorescein")}
+    walls = [
+        replace(m, material=pm.Material(m.name, 0.04 * (m.name == "left"), fluorescence=dye))
+        if (dye := dyes.get(m.name))
+        else m
+        for m in box.meshes
+    ]
+    coated = ball(pm.Material("coat", 0.03, coat=1.0, fluorescence=ball_dye))
+    return pm.Scene([*walls, coated], camera=box.camera)
+
+
 def plaster():
     """Rough walls around a mirror ball, in which rough surfaces are seen."""
     box = pm.scenes.cornell_box()
@@ -175,6 +190,7 @@ ALL = {
     "texture": lambda folder: render(painted()),
     "rough-diffuse": lambda folder: render(plaster()),
     "rough-diffuse-path": lambda folder: render(plaster(), method="path"),
+    "fluorescent": lambda folder: render(dyed(), bands=5, passes=8),
     "photometric": lambda folder: render(box_with(lights=[downlight()])),
     "glossy": lambda folder: render(box_with(ball(pm.Material.plastic(roughness=0.4)))),
     "rough-chains": lambda folder: render(rough_chains()),

@@ -21,7 +21,7 @@ from golden_cases import ALL
 
 FOLDER = Path(__file__).parent
 HASHES, IMAGES = FOLDER / "golden.json", FOLDER / "golden.npz"
-COMPARED = ("radiance", "direct", "indirect", "reflectance", "shading")
+COMPARED = ("radiance", "direct", "indirect", "reflectance", "shading", "fluorescence")
 PACKAGES = ("numpy", "numba", "llvmlite", "embreex")
 
 
@@ -61,20 +61,26 @@ def images_of(result):
 
 
 def main(names):
-    """Record the named cases, or all; some alone only on the machine of the others."""
+    """Record the named cases, or all; of new cases, on another machine than that of the hashes,
+    the images alone.
+    """
     recorded = json.loads(HASHES.read_text())
-    if names and recorded["machine"] != machine():
-        sys.exit(f"the others hold for {recorded['machine']}; record all of them (make golden)")
+    is_away = bool(names) and recorded["machine"] != machine()
+    if is_away and (known := set(names) & set(recorded["cases"])):
+        where = f"{sorted(known)} hold for {recorded['machine']}"
+        sys.exit(f"{where}; record all of them (make golden)")
     hashes = recorded["cases"] if names else {}
     images = dict(np.load(IMAGES)) if names else {}
     warnings.simplefilter("ignore")
     for name in names or ALL:
         with tempfile.TemporaryDirectory() as folder:
             result = ALL[name](Path(folder))
-        hashes[name] = hashes_of(result)
+        if not is_away:
+            hashes[name] = hashes_of(result)
         images |= {f"{name} {part}": image for part, image in images_of(result).items()}
         print(name, flush=True)
-    HASHES.write_text(json.dumps({"machine": machine(), "cases": hashes}, indent=1) + "\n")
+    if not is_away:
+        HASHES.write_text(json.dumps({"machine": machine(), "cases": hashes}, indent=1) + "\n")
     np.savez_compressed(IMAGES, **images)
 
 

@@ -20,7 +20,9 @@ LAST_BITS = 1e-5
 
 
 def test_every_case_is_recorded():
-    assert set(RECORDED["cases"]) == set(ALL)
+    """By images, which hold anywhere; by hashes as well, once all are recorded anew."""
+    assert {name.rpartition(" ")[0] for name in np.load(IMAGES).files} == set(ALL)
+    assert set(RECORDED["cases"]) <= set(ALL)
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -28,7 +30,7 @@ def test_golden(name, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         result = ALL[name](tmp_path)
-    if RECORDED["machine"] == machine():
+    if RECORDED["machine"] == machine() and name in RECORDED["cases"]:
         assert hashes_of(result) == RECORDED["cases"][name]
     else:
         compare(name, images_of(result))
