@@ -63,7 +63,7 @@ from photonmap.runtime.storage import Storage, check_memory
 from photonmap.runtime.workers import Workers
 from photonmap.scene.scene import Scene, check_scene
 from photonmap.settings import Options, Settings
-from photonmap.spectra.photometry import describe_luminance
+from photonmap.spectra.photometry import describe_luminance, warn_of_luminance
 from photonmap.spectra.projection import default_method
 
 
@@ -164,6 +164,7 @@ class RenderPlan:
     kept : names of the buffers to be kept
     storage : where large arrays lie
     fingerprint : what decides the arrays
+    light_luminance : of each light by the bands, and the exact one
     """
 
     scene: CompiledScene
@@ -173,6 +174,7 @@ class RenderPlan:
     kept: frozenset[str]
     storage: Storage
     fingerprint: dict[str, Any]
+    light_luminance: list[dict[str, Any]]
 
 
 Announce = Callable[[Scene, RenderPlan], None]
@@ -258,7 +260,10 @@ def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
         "without fluorescent surfaces": pass_scene.fluorescence is None,
     }
     refuse_omitted(settings.budget.goal, kept, [why for why, is_so in lacking.items() if is_so])
-    return RenderPlan(simulated, pass_scene, effects, columns, kept, storage, fingerprint)
+    method = default_method(bool(compiled.counts["spectra"]))
+    lights = describe_luminance(bands, scene.light_colors, method)
+    warn_of_luminance([light for light in lights if light["lines"]])
+    return RenderPlan(simulated, pass_scene, effects, columns, kept, storage, fingerprint, lights)
 
 
 def start_run(plan: RenderPlan, settings: Settings, workers: Workers) -> Run:
@@ -360,9 +365,7 @@ def describe_plan(scene: Scene, run: Run) -> dict[str, Any]:
         "bands": settings.bands.describe(),
         "camera": {"framed": scene.camera is None, **camera},
         "white": plan.scene.white.tolist(),
-        "light_luminance": describe_luminance(
-            settings.bands, scene.light_colors, default_method(bool(plan.scene.counts["spectra"]))
-        ),
+        "light_luminance": plan.light_luminance,
         "group_whites": plan.scene.group_whites if settings.per_light else {},
         "measured_sets": describe_measured_sets(),
         "versions": describe_versions(),

@@ -49,7 +49,7 @@ _ALIASES = {
     "aces2065-1": "lin_ap0", "adobergb": "g22_adobergb", "ciexyz": "lin_ciexyzd65",
 }  # fmt: skip
 """Other names of colour spaces."""
-_NO_COLORS = ("", "data", "raw", "unknown")
+_NO_COLORS = ("", "data", "identity", "raw", "unknown")
 _ON_DISPLAYS = ("pq", "hlg")  # Encodings of what displays show
 _CODED_PRIMARIES = {1: "rec709", 2: "rec709", 9: "rec2020", 10: "ciexyzd65", 12: "p3d65"}
 _CODED_TRANSFERS = {
@@ -60,6 +60,7 @@ _CODED_TRANSFERS = {
 _UNCALIBRATED = 0xFFFF  # Exif's ColorSpace
 _D50 = (0.3457, 0.3585)
 _ACES = "acesImageContainerFlag"
+_LATLONG = "LatLong Environment"  # OpenEXR's envmap
 _PARAMETRIC = ("g", "gab", "gabc", "gabcd", "gabcdef")
 """Parameters of an ICC profile's parametric curves, by their type."""
 
@@ -86,7 +87,7 @@ class Header(NamedTuple):
     orientation: int = 1  # as in TIFF and Exif, 1 to 8
     gain: Floats | None = None  # (3,), what its values have been multiplied by; None for 1
     space: ColorSpace = PLAIN  # of its colours
-    aspect: float = 1.0  # of its pixels, width over height
+    sphere: str = ""  # what it states that is not used where its picture is a sky
 
 
 def turned(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
@@ -119,8 +120,14 @@ def read_header(
     space = stated if stated and kind == "png" else _find_space(spec, kind, stated)
     if lost := [*space.lost, *_find_lost(spec)]:
         space = space._replace(lost=tuple(lost))
-    aspect = spec.get_float_attribute("PixelAspectRatio", 1.0)
-    return Header(orientation if 1 <= orientation <= 8 else 1, None, space, aspect)
+    sphere = _aspect(spec.get_float_attribute("PixelAspectRatio", 1.0))
+    if spec.get_string_attribute("textureformat") == _LATLONG:
+        sphere = "its first and last texels lie on the poles and the seam (envmap), not beside them"
+    return Header(orientation if 1 <= orientation <= 8 else 1, None, space, sphere)
+
+
+def _aspect(ratio: float) -> str:
+    return "" if ratio == 1.0 else f"states pixels {ratio:g} times as wide as high"
 
 
 # --- Radiance -----------------------------------------------------------------------------
@@ -151,7 +158,7 @@ def radiance_header(path: Path, data: bytes) -> Header:
     axes = found.groups() if found else ("-Y", "+X")
     flips = 2 * ("+Y" in axes) + ("-X" in axes)
     orientation = (1, 2, 4, 3)[flips] + 4 * (axes[0][1] == "X")
-    return Header(orientation, gain if (gain != 1.0).any() else None, space, 1.0 / aspect)
+    return Header(orientation, gain if (gain != 1.0).any() else None, space, _aspect(1.0 / aspect))
 
 
 def _parse_numbers(path: Path, name: str, text: str, count: int) -> Floats:
@@ -268,7 +275,7 @@ def _find_space(spec: OpenImageIO.ImageSpec, kind: str, stated: ColorSpace | Non
         if spec.get_int_attribute(_ACES):
             return ColorSpace(primaries=PRIMARIES["ap0"])
         name = spec.get_string_attribute("colorInteropID")
-        space = _named_space(name or spec.get_string_attribute("oiio:ColorSpace"))
+        space = named_space(name or spec.get_string_attribute("oiio:ColorSpace"))
         corners = spec.getattribute("chromaticities")
         is_given = np.shape(corners) == (8,)
         return space._replace(primaries=tuple(map(float, corners))) if is_given else space
@@ -276,10 +283,10 @@ def _find_space(spec: OpenImageIO.ImageSpec, kind: str, stated: ColorSpace | Non
         return ColorSpace(lost=("its space is uncalibrated (Exif), often Adobe RGB",))
     if str(spec.format) in FLOATS:
         return PLAIN
-    return _named_space(spec.get_string_attribute("oiio:ColorSpace"))
+    return named_space(spec.get_string_attribute("oiio:ColorSpace"))
 
 
-def _named_space(name: str) -> ColorSpace:
+def named_space(name: str) -> ColorSpace:
     """Return a space by its name in OpenImageIO, such as "lin_ap1_scene" or "ACEScg"."""
     key = name.lower().removesuffix("_scene").removesuffix("_display")
     if key in _NO_COLORS:

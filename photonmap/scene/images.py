@@ -47,7 +47,7 @@ _ASSOCIATED = ("openexr", "tiff")  # Formats whose colours alpha has multiplied 
 _PREMULTIPLIED = 4  # Of attributes in TGA files
 _LABS = (8, 9, 10)  # TIFF's PhotometricInterpretation of CIE L*a*b*
 _CUBE = "CubeFace Environment"
-_OUTSIDE = 1e-3  # By which colours may lie outside of the gamut unnoticed, of their largest value
+OUTSIDE = 1e-3  # By which colours may lie outside of the gamut unnoticed, of their largest value
 _LUMINANCE = np.array(LUMINANCE, np.float32)
 LINEAR_TABLE: NDArray[np.float32] = (np.arange(256) / 255).astype(np.float32)
 """(256,) linear values of 8-bit linear texels."""
@@ -179,7 +179,7 @@ class Channels:
     is_float: bool  # whether the file holds floats
     is_associated: bool = False  # whether alpha has multiplied colours
     space: ColorSpace = PLAIN  # of its colours
-    aspect: float = 1.0  # of its pixels, width over height
+    sphere: str = ""  # what the file states that is not used where its picture is a sky
 
     def image(self, linear: bool = False) -> Image:
         """Return RGB, as `read_texture` does."""
@@ -206,6 +206,12 @@ class Channels:
             stored = self._convert(self._colors(), transfer, matrix)
             light = np.where(alpha[..., None] > 0.0, light, stored)
         return light
+
+    def sky(self) -> NDArray[np.float32]:
+        """Return `light` of a map of all directions, of whose shape nothing stated is used."""
+        if self.sphere:
+            warn(f"{self.path}: {self.sphere}; the map is read as a whole sphere all the same")
+        return self.light()
 
     def luminance(self, linear: bool = False) -> NDArray[np.float32]:
         """Return a mask, (H, W): the luminance of RGB, whatever its primaries."""
@@ -305,9 +311,9 @@ class Channels:
 
     def _clip(self, rgb: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return colours clipped to the gamut of sRGB, and say how many lay outside of it."""
-        outside = rgb.min(axis=2) < -_OUTSIDE * rgb.max(axis=2)
+        outside = rgb.min(axis=2) < -OUTSIDE * rgb.max(axis=2)
         most = np.inf if self.is_float else 1.0
-        outside |= rgb.max(axis=2) > most + _OUTSIDE
+        outside |= rgb.max(axis=2) > most + OUTSIDE
         if count := np.count_nonzero(outside):
             warn(f"{self.path}: {count} of its {outside.size} colours lie outside sRGB; clipped")
         return np.clip(rgb, 0.0, most)
@@ -332,13 +338,13 @@ def read_channels(path: str | PathLike[str], as_stored: bool = False) -> Channel
             copy = Path(folder) / "image.hdr"
             copy.write_bytes(rgbe)
             channels, found = _decode(path, copy, stated)
-    orientation, gain, space, aspect = header or found
+    orientation, gain, space, sphere = header or found
     pixels = channels.pixels
     if gain is not None:
         pixels = pixels / gain.astype(np.float32)
     if as_stored:
         return replace(channels, pixels=pixels)
-    return replace(channels, pixels=turned(pixels, orientation), space=space, aspect=aspect)
+    return replace(channels, pixels=turned(pixels, orientation), space=space, sphere=sphere)
 
 
 def _decode(path: Path, stored: Path, stated: ColorSpace | None) -> tuple[Channels, Header]:
@@ -438,10 +444,7 @@ def read_panorama(path: str | PathLike[str]) -> NDArray[np.float32]:
     missing = [name for name in "rgb" if name not in channels.names]
     if missing:
         raise InputError(f"has no channel {missing[0].upper()}; give an image in RGB", path)
-    if channels.aspect != 1.0:
-        stated = f"states pixels {channels.aspect:g} times as wide as high"
-        warn(f"{path}: {stated}; the map is read as a whole sphere all the same")
-    return check_panorama(channels.light(), str(path))
+    return check_panorama(channels.sky(), str(path))
 
 
 def save_panorama(image: str | PathLike[str] | ArrayLike, path: str | PathLike[str]) -> None:

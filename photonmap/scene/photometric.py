@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +33,11 @@ def read_ies(path: str | PathLike[str]) -> Table:
         text = Path(path).read_text(encoding="latin-1")
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", path) from None
+    return parse_ies(text, path)
+
+
+def parse_ies(text: str, path: str | PathLike[str]) -> Table:
+    """Return the table of an IES file, as `read_ies`; the path is for errors."""
     head, tilt, body = text.partition("TILT=")
     kind, _, body = body.partition("\n")
     if not tilt or kind.strip() != "NONE":
@@ -170,8 +176,12 @@ def as_table(described: str | PathLike[str] | ArrayLike) -> Table:
     or all dark.
     """
     table = _resize(_check_table(described))
-    weights = np.sin(np.linspace(0.0, np.pi, len(table)))
-    mean = float(np.average(table[:, :-1].mean(axis=1, dtype=np.float64), weights=weights))
-    if mean == 0.0:
+    if (mean := mean_over_directions(table)) == 0.0:
         raise InputError("the table of intensities is 0 in all directions")
     return (table / mean).astype(np.float32)
+
+
+def mean_over_directions(table: NDArray[Any]) -> float:
+    """Return the mean of a (181, 361) table over all directions."""
+    weights = np.sin(np.linspace(0.0, np.pi, len(table)))
+    return float(np.average(table[:, :-1].mean(axis=1, dtype=np.float64), weights=weights))

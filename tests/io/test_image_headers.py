@@ -19,6 +19,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import photonmap as pm
+from photonmap.io.readers.decoding import read_embedded
+from photonmap.io.readers.usd.materials import _channel
 from photonmap.scene.images import read_channels, read_mask, read_panorama, read_texture
 from photonmap.spectra.rgb_spaces import decode_srgb, encode_srgb
 
@@ -95,6 +97,12 @@ def test_pictures_are_upright(tmp_path, suffix, number, half, seed):
     green = read_channels(path).green().linear(slice(None), 0)
     np.testing.assert_array_equal(green[..., 0] > 0.5, corners[:, 0] > 0.5)
     np.testing.assert_allclose(read_mask(path), corners, **near)
+    of_usd = _channel(read_channels(path), "r", False).linear(slice(None), slice(None))
+    np.testing.assert_allclose(of_usd[..., 0], corners, **near)
+    if suffix in ("png", "jpg"):  # of glTF, whose specification has orientations ignored
+        as_stored = read_embedded(path.read_bytes(), path.name, as_stored=True).data()
+        shown = as_stored.linear(slice(None), slice(None))
+        np.testing.assert_allclose(shown, STORED[number + 1](picture), **near)
 
 
 def test_orientations_are_those_of_pillow(tmp_path):
@@ -289,6 +297,12 @@ def test_what_is_not_applied_is_named(tmp_path):
     path = write_image(tmp_path / "e.exr", flat((0.0, 1.0, 0.5)), chromaticities=AP0)
     warned(path, "e.exr: 8 of its 8 colours lie outside sRGB; clipped")
     np.testing.assert_array_equal(texels(path, linear=True)[0, 0], [0.0, 1.0, 0.5])
+    path = write_image(tmp_path / "h.exr", flat(), PixelAspectRatio=2.0)
+    with pytest.warns(pm.SceneWarning, match="states pixels 2 times as wide as high; the map"):
+        read_panorama(path)
+    path = write_image(tmp_path / "i.exr", flat(), textureformat="LatLong Environment")
+    with pytest.warns(pm.SceneWarning, match=r"lie on the poles and the seam \(envmap\)"):
+        read_panorama(path)
     ink = np.full((2, 4, 4), 99, np.uint8)
     path = write_image(
         tmp_path / "f.tif", ink, "uint8", oiio__ColorSpace="CMYK", tiff__ColorSpace="CMYK"
@@ -341,7 +355,12 @@ def test_alpha_is_divided_out(tmp_path, suffix, alphas):
     if kind == "exr":
         raw = read_channels(path).green().texels * known
         np.testing.assert_allclose(raw, COLOR[1] * known, rtol=1e-6)
-    np.testing.assert_allclose(read_channels(path).alpha(), alpha[..., 0], atol=1e-6)
+    channels = read_channels(path)
+    np.testing.assert_allclose(channels.alpha(), alpha[..., 0], atol=1e-6)
+    of_usd = [_channel(channels, output, kind != "exr") for output in ("a", "rgb")]
+    found, straight = (image.linear(slice(None), slice(None)) for image in of_usd)
+    np.testing.assert_allclose(found, alpha, atol=1e-6)
+    np.testing.assert_allclose(straight * known, COLOR * known, **near)
     if (alpha < 1).any():
         with pytest.warns(pm.SceneWarning, match="pixels of light have an alpha below 1: it dims"):
             light = read_panorama(path)

@@ -9,10 +9,14 @@ from functools import partial
 import numpy as np
 import pytest
 from helpers.usd_stages import READER, light, load_stage, painted, surface, triangle
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import photonmap as pm
 from photonmap.io.png import write_png
 from photonmap.scene.images import decode_srgb
+from photonmap.scene.photometric import mean_over_directions, save_ies
 
 
 @pytest.fixture
@@ -199,6 +203,161 @@ def test_cones_of_points(load):
         (spot,) = load(light("SphereLight", more, 'prepend apiSchemas = ["ShapingAPI"]')).lights
     assert (spot.kind, spot.inner, spot.outer) == ("spot", 15.0, 30.0)
     assert spot.target == pytest.approx((0, 0, -1))
+
+
+SHAPING = 'prepend apiSchemas = ["ShapingAPI"]'
+POINT = "float inputs:radius = 0.5\nbool treatAsPoint = 1\nfloat inputs:intensity = 4\n"
+FILE = POINT + "asset inputs:shaping:ies:file = @a.ies@\nfloat inputs:shaping:cone:angle = 180\n"
+
+
+def intensity_along(light, direction):
+    """Look the table of a light up: azimuths go from its own towards axis × azimuth."""
+    axis, first = np.array(light.direction), np.array(light.azimuth)
+    z = axis @ direction / np.linalg.norm(axis)
+    side = np.cross(axis, first) / np.linalg.norm(first)
+    x, y = first @ direction / np.linalg.norm(first), side @ direction / np.linalg.norm(axis)
+    table = light.table / mean_over_directions(light.table)
+    i = round(math.degrees(math.acos(min(max(z, -1.0), 1.0))))
+    return light.intensity[0] * table[i, round(math.degrees(math.atan2(y, x))) % 360]
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+def test_ies_files_of_points(load, tmp_path, mirror):
+    """Polar angles begin at -z, azimuths at -x and go to -y, as in USD's hdEmbree."""
+    across = [1.0, 0.5, 0.0, 0.0, 1.0]  # at azimuths of 0, 90, ...
+    save_ies(np.array([[1.0], [2.0], [3.0]]) + across, tmp_path / "a.ies")
+    turned = "float3 xformOp:rotateXYZ = (10, 20, 30)\n"
+    turned += f"float3 xformOp:scale = ({2 * mirror}, 2, 2)\n"
+    turned += 'uniform token[] xformOpOrder = ["xformOp:rotateXYZ", "xformOp:scale"]'
+    (lamp,) = load(light("SphereLight", FILE + turned, SHAPING)).lights
+    matrix = Rotation.from_euler("xyz", (10, 20, 30), degrees=True).as_matrix()
+    for theta, phi in ((5, 0), (30, 0), (60, 90), (120, 45), (90, 270)):
+        t, p = np.radians([theta, phi])
+        local = [-np.sin(t) * np.cos(p), -np.sin(t) * np.sin(p), -np.cos(t)]
+        expected = 4.0 * math.pi * (1.0 + theta / 90.0 + np.interp(phi, range(0, 361, 90), across))
+        direction = matrix @ (local * np.array([mirror, 1.0, 1.0]))
+        assert intensity_along(lamp, direction) == pytest.approx(expected, rel=1e-5)
+
+
+def test_ies_files_are_scaled_normalised_cut_and_focused(load, tmp_path):
+    save_ies([[3.0, 3.0], [1.0, 1.0]], tmp_path / "a.ies")
+    whole = 4.0 * math.pi * 0.25  # of the radiance 4 and the radius 0.5
+
+    def along(more, theta, name):
+        (lamp,) = load(light("SphereLight", FILE + more, SHAPING), name=name).lights
+        t = math.radians(theta)
+        return intensity_along(lamp, [-math.sin(t), 0.0, -math.cos(t)]) / whole
+
+    scaled = "float inputs:shaping:ies:angleScale = {}"
+    assert along(scaled.format(0.5), 60, "b.usda") == pytest.approx(3.0 - 2.0 * 120 / 180)
+    assert along(scaled.format(-0.5), 150, "c.usda") == pytest.approx(3.0 - 2.0 * 120 / 180)
+    assert along(scaled.format(0.5), 95, "d.usda") == 0.0
+    even = along("bool inputs:shaping:ies:normalize = 1", 90, "e.usda")
+    assert even == pytest.approx(1.0 / (4.0 * math.pi), rel=1e-6)  # 2 is the mean of the file
+    cone = "float inputs:shaping:cone:angle = 60\nfloat inputs:shaping:cone:softness = 0.5"
+    found = [along(cone, theta, f"f{theta}.usda") for theta in (30, 40, 61)]
+    step = (1 / 3) ** 2 * (3 - 2 / 3)
+    assert found == pytest.approx([3.0 - 1 / 3, (3.0 - 4 / 9) * (1.0 - step), 0.0])
+    focused = "float inputs:shaping:focus = 3\n"
+    assert along(focused, 60, "g.usda") == pytest.approx((3.0 - 2 / 3) / 8.0)
+    tinted = focused + "color3f inputs:shaping:focusTint = (0.5, 0.5, 0.5)"
+    assert along(tinted, 60, "h.usda") == pytest.approx((3.0 - 2 / 3) * (0.5 + 0.5 / 8.0))
+
+
+def test_what_ies_files_lose_is_named(load, tmp_path):
+    with pytest.warns(pm.SceneWarning, match=r"an IES file \(.*a\.ies.*\) of 'lamp'"):
+        (lamp,) = load(light("SphereLight", FILE, SHAPING)).lights
+    assert lamp.kind == "point"
+    save_ies(np.ones((3, 3)), tmp_path / "a.ies")
+    uneven = 'float3 xformOp:scale = (1, 2, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'
+    with pytest.warns(pm.SceneWarning, match="uneven scale or shear of cones and IES files"):
+        load(light("SphereLight", FILE + uneven, SHAPING), name="b.usda")
+
+
+AP1_TO_SRGB = [
+    [1.70505, -0.62179, -0.08326],
+    [-0.13026, 1.14080, -0.01055],
+    [-0.02400, -0.12897, 1.15297],
+]
+"""As the Academy's transforms have it, with Bradford's adaptation."""
+
+
+def test_colours_in_the_space_of_prims_or_their_own(load):
+    above = """def Xform "all" (prepend apiSchemas = ["ColorSpaceAPI"]) {
+        uniform token colorSpace:name = "lin_ap1_scene"
+        %s
+    }
+    """
+    colors = 'color3f[] primvars:displayColor = [(0.5, 0.4, 0.3)] (interpolation = "constant")'
+    lamp = 'def DistantLight "sun" {\nbool inputs:normalize = 1\nfloat inputs:intensity = 1\n'
+    lamp += "color3f inputs:color = (5, 4, 3)%s\n}\n"
+    scene = load(above % (triangle(colors) + lamp % "" + lamp.replace("sun", "plain")
+                          % '(colorSpace = "lin_rec709_scene")'))  # fmt: skip
+    expected = np.array(AP1_TO_SRGB) @ [0.5, 0.4, 0.3]
+    np.testing.assert_allclose(scene.meshes[0].colors[0], expected, atol=1e-5)
+    np.testing.assert_allclose(scene.lights[0].irradiance, 10.0 * expected, atol=1e-4)
+    assert scene.lights[1].irradiance == (5.0, 4.0, 3.0)
+    own = '(colorSpace = "srgb_rec709_scene")'
+    inputs = f"color3f inputs:diffuseColor = (0.5, 0.5, 0.5) {own}"
+    material = load(painted(inputs), name="b.usda").meshes[0].material
+    assert material.reflectance == pytest.approx((0.2140411,) * 3)
+    pure = colors.replace("(0.5, 0.4, 0.3)", "(0, 1, 0)")
+    with pytest.warns(pm.SceneWarning, match="colours outside sRGB, which are clipped, of 'part'"):
+        (mesh,) = load(above % triangle(pure), name="c.usda").meshes
+    assert mesh.colors[0].tolist() == [0.0, 1.0, 0.0]
+
+
+def test_spaces_of_textures_are_named(load, tmp_path):
+    write_png(np.zeros((2, 2, 3), np.uint8), tmp_path / "wood.png")
+    texture = """def Shader "image" {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @./wood.png@ (colorSpace = "lin_ap1_scene")
+            float2 inputs:st.connect = </paint/reader.outputs:result>
+            float3 outputs:rgb
+        }"""
+    inputs = "color3f inputs:diffuseColor.connect = </paint/image.outputs:rgb>"
+    with pytest.warns(pm.SceneWarning, match="colour space 'lin_ap1_scene' of textures"):
+        load(painted(inputs, texture + READER))
+
+
+LOCAL = {
+    "Sphere": "double radius = 1", "Cube": "double size = 2", "Cone": "double radius = 1",
+    "Cylinder": "double height = 2", "Capsule": "double radius = 1",
+}  # fmt: skip
+
+
+@settings(max_examples=40, deadline=None, derandomize=True,
+          suppress_health_check=[HealthCheck.function_scoped_fixture])  # fmt: skip
+@given(
+    st.sampled_from([*LOCAL, "DiskLight", "RectLight"]),
+    st.tuples(*[st.floats(-180.0, 180.0)] * 3),
+    st.tuples(*[st.floats(0.5, 1.5) | st.floats(-1.5, -0.5)] * 3),
+    st.floats(-0.5, 0.5),
+    st.booleans(),
+)
+def test_outsides_stay_outside_under_any_transformation(load, kind, angles, scale, shear, is_left):
+    """Of leftHanded shapes, insides; lights shine along what is -z of theirs."""
+    sheared = np.diag(scale) + [[0.0, shear, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler("xyz", angles, degrees=True).as_matrix() @ sheared
+    rows = ", ".join(str(tuple(row)) for row in matrix.T.tolist())
+    more = f"matrix4d xformOp:transform = ({rows})\n"
+    more += 'uniform token[] xformOpOrder = ["xformOp:transform"]\n'
+    if kind not in LOCAL:
+        mesh = next(each for each in load(light(kind, more)).meshes if each.name == "lamp")
+    else:
+        more += (
+            f'{LOCAL[kind]}\nuniform token orientation = "leftHanded"' if is_left else LOCAL[kind]
+        )
+        (mesh,) = load(f'def {kind} "s" {{\n{more}\n}}').meshes
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    crosses = np.cross(b - a, c - a)
+    if kind not in LOCAL:
+        assert (crosses @ np.linalg.inv(matrix[:3, :3])[2] < 0.0).all()
+        return
+    assert ((a * crosses).sum() > 0.0) != is_left
+    if mesh.normals is not None:
+        assert ((mesh.normals[mesh.faces].sum(axis=1) * crosses).sum(axis=1) > 0.0).all()
 
 
 def test_cameras(load):

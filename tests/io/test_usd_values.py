@@ -431,6 +431,8 @@ def test_value_clips_are_read_within_the_folder(load, tmp_path):
         painted(CONNECTED, image(file="../wood.<UDIM>.png")),
         painted(CONNECTED, image(file="../pack.usdz[wood.png]")),
         light("DomeLight", "asset inputs:texture:file = @../wood.png@"),
+        light("SphereLight", "bool treatAsPoint = 1\nasset inputs:shaping:ies:file = @../a.ies@",
+              'prepend apiSchemas = ["ShapingAPI"]'),
     ],
 )  # fmt: skip
 def test_nothing_outside_of_the_folder_is_opened(load, tmp_path, text):
@@ -472,6 +474,9 @@ def test_files_that_change_are_read_again(load):
         ("rel light:filters = </part>", "filters of lights"),
         ("bool collection:lightLink:includeRoot = 0", "lights that light some surfaces only"),
         ("bool inputs:shadow:enable = 0", "shadow:enable of lights"),
+        ("float inputs:shaping:focus = 2", "shaping:focus of lights"),
+        ("asset inputs:shaping:ies:file = @a.ies@", "shaping:ies:file of lights"),
+        ("float inputs:intensity.timeSamples = {1: 1, 2: 3}", "animation of 'lamp'"),
         ("float inputs:specular = 0.5", "multipliers of lights that differ"),
     ],
 )
@@ -501,7 +506,7 @@ def test_what_cameras_have_that_is_not_simulated_is_named(load, more, said):
     [
         ("float inputs:opacity = 0.5", "what a transparent surface reflects"),
         ("float inputs:displacement = 0.5", "displacement"),
-        ('color3f inputs:diffuseColor = (0, 0, 0) (colorSpace = "lin_ap1")', "space lin_ap1"),
+        ('color3f inputs:diffuseColor = (0, 0, 0) (colorSpace = "odd")', "space 'odd', which"),
         ("float inputs:roughness.connect = </paint/odd.outputs:result>", "what feeds roughness"),
     ],
 )

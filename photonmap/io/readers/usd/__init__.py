@@ -55,6 +55,7 @@ def _read(stage: Stage) -> Scene:
         is_instancer = prim.IsA(UsdGeom.PointInstancer)
         if is_instancer:
             prims.PruneChildren()  # prototypes
+        stage.note_motion(prim)
         try:
             if prim.IsA(UsdGeom.Camera):
                 cameras[prim] = read_camera(stage, prim)

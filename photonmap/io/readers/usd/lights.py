@@ -17,9 +17,17 @@ from photonmap.io.readers.environment_maps import turned_map
 from photonmap.io.readers.usd.stage import Stage
 from photonmap.scene.camera import Camera, Lens, check_camera
 from photonmap.scene.images import Image
-from photonmap.scene.lights import DirectionalLight, DomeLight, Light, PointLight, SpotLight
+from photonmap.scene.lights import (
+    DirectionalLight,
+    DomeLight,
+    Light,
+    PhotometricLight,
+    PointLight,
+    SpotLight,
+)
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
+from photonmap.scene.photometric import AZIMUTHS, POLAR, mean_over_directions
 from photonmap.scene.projections import Intrinsics
 from photonmap.spectra.curves import Floats
 
@@ -39,11 +47,10 @@ _POLE = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 """From a sky whose pole is +y to one whose pole is +z: its middle looks along -y."""
 WIDEST_SUN = 90.0  # Degrees
 _EXPOSURE = ("time", "fStop", "responsivity")
-_ABSENT = {
-    "shadow:enable": True, "shadow:color": (0.0, 0.0, 0.0), "shadow:distance": -1.0,
-    "shaping:focus": 0.0, "shaping:ies:file": "",
-}  # fmt: skip
+_ABSENT = {"shadow:enable": True, "shadow:color": (0.0, 0.0, 0.0), "shadow:distance": -1.0}
 """Inputs of lights that are not simulated, and the values at which they change nothing."""
+_SHAPING = {"shaping:focus": 0.0, "shaping:ies:file": ""}
+"""Those that are simulated of points only."""
 
 
 def is_light(prim: Any) -> bool:
@@ -150,7 +157,8 @@ def _note_light(stage: Stage, prim: Any, light: Any) -> None:
             rel and rel.GetTargets() for rel in rels
         ):
             stage.lose("lights that light some surfaces only", prim)
-    for name, usual in _ABSENT.items():
+    is_shaped = _is_point(stage, prim) and prim.HasAPI(UsdLux.ShapingAPI)
+    for name, usual in (_ABSENT if is_shaped else _ABSENT | _SHAPING).items():
         found = stage.value(prim.GetAttribute(f"inputs:{name}"), usual)
         if getattr(found, "path", found) != usual and not (name == "shaping:focus" and found < 0.0):
             stage.lose(f"{name} of lights", prim)
@@ -187,7 +195,7 @@ def _sky(lamp: _Lamp) -> Light:
     pole = stage.value(prim.GetAttribute("poleAxis")) if prim.GetTypeName() == _SKIES[1] else "Y"
     if pole == "Z" or (pole != "Y" and stage.is_z_up):
         linear = linear @ _POLE
-    light, factor = stage.image(asset)[0].light(), float(lamp.amount.mean())
+    light, factor = stage.image(asset)[0].sky(), float(lamp.amount.mean())
     if np.ptp(lamp.amount) > 0.0:
         light = light * np.array(lamp.amount / factor, np.float32)
     return turned_map(Image(light, False), linear, factor, lamp.name)
@@ -208,7 +216,7 @@ def _sun(lamp: _Lamp) -> Light:
     return DirectionalLight(ahead, plain(amount), name=lamp.name, angle=disk)
 
 
-def _shape(lamp: _Lamp) -> Mesh | Light:
+def _shape(lamp: _Lamp) -> Mesh | Light | None:
     """Return the mesh of a light that has a size; `normalize` divides by its area."""
     stage, prim, amount = lamp.stage, lamp.prim, lamp.amount
     matrix, kind = stage.matrix(prim), prim.GetTypeName()
@@ -220,7 +228,7 @@ def _shape(lamp: _Lamp) -> Mesh | Light:
     if kind == "SphereLight":
         ball = meshes.sphere(np.zeros(3), radius or 1.0)
         part = meshes.move(ball, matrix)
-        if stage.value(UsdLux.SphereLight(prim).GetTreatAsPointAttr(), False) or radius == 0.0:
+        if _is_point(stage, prim):
             if radius == 0.0 and not lamp.is_whole:
                 stage.lose("light of points without normalize, which is none,", prim)
             larger = _area(part) / _area(ball)
@@ -244,21 +252,95 @@ def _shape(lamp: _Lamp) -> Mesh | Light:
     return meshes.build_mesh(stage.path, part, Material(lamp.name, 0.0, plain(amount)), lamp.name)
 
 
+def _is_point(stage: Stage, prim: Any) -> bool:
+    """Return whether a light has no size."""
+    if prim.GetTypeName() != "SphereLight":
+        return False
+    light = UsdLux.SphereLight(prim)
+    return bool(
+        stage.value(light.GetTreatAsPointAttr(), False)
+        or stage.value(light.GetRadiusAttr(), 0.0) == 0.0
+    )
+
+
 def _area(part: meshes.Part) -> float:
     a, b, c = (part.vertices[part.faces[:, corner]] for corner in range(3))
     return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def _point(lamp: _Lamp, intensity: Floats) -> Light:
+def _point(lamp: _Lamp, intensity: Floats) -> Light | None:
     stage, prim = lamp.stage, lamp.prim
     matrix, (outer, softness) = stage.matrix(prim), _cone(stage, prim)
-    place = matrix[:3, 3]
-    if outer >= _EVERYWHERE:
+    place, table = matrix[:3, 3], _table(lamp)
+    if table is None and outer >= _EVERYWHERE:
         return PointLight(plain(place), plain(intensity), name=lamp.name)
+    gram = matrix[:3, :3].T @ matrix[:3, :3]
+    if not np.allclose(gram, gram[0, 0] * np.eye(3), atol=1e-5 * gram[0, 0]):
+        stage.lose("uneven scale or shear of cones and IES files", prim)
+    if table is not None:
+        return _photometric(lamp, intensity, table)
     if softness > 0.0:
         stage.lose("falloff of soft cones, which is even in the cosine and not in the angle,", prim)
     target, inner = place - matrix[:3, 2], outer * (1.0 - min(max(softness, 0.0), 1.0))
     return SpotLight(plain(place), plain(target), plain(intensity), inner, outer, name=lamp.name)
+
+
+def _table(lamp: _Lamp) -> Floats | None:
+    """Return the factors by which an IES file and a focus shape a point, (181, 361), over angles.
+
+    Polar angles are those from -z. None without a file and a focus.
+    """
+    stage, shaping = lamp.stage, UsdLux.ShapingAPI(lamp.prim)
+    if not lamp.prim.HasAPI(UsdLux.ShapingAPI):
+        return None
+    asset = stage.value(shaping.GetShapingIesFileAttr())
+    focus = float(stage.value(shaping.GetShapingFocusAttr(), 0.0))
+    table: Floats = np.ones((POLAR, AZIMUTHS))
+    is_read = bool(getattr(asset, "path", ""))
+    if is_read:
+        try:
+            table = stage.photometry(asset).astype(np.float64)
+        except InputError as error:
+            if "lies outside" in str(error):
+                raise
+            stage.lose(f"an IES file ({error})", lamp.prim)
+            is_read = False
+    if not is_read and focus <= 0.0:
+        return None
+    if is_read and stage.value(shaping.GetShapingIesNormalizeAttr(), False):
+        table = table / (4.0 * math.pi * mean_over_directions(table))
+    polar = np.arange(POLAR, dtype=float)
+    if scale := float(stage.value(shaping.GetShapingIesAngleScaleAttr(), 0.0)):
+        origin = 0.0 if scale > 0.0 else 180.0
+        at = (polar - origin) / abs(scale) + origin
+        table = np.stack([np.interp(at, polar, row, 0.0, 0.0) for row in table.T], axis=1)
+    if focus > 0.0:
+        tint = np.array(stage.color(shaping.GetShapingFocusTintAttr(), (0.0, 0.0, 0.0)))
+        if np.ptp(tint) > 0.0:
+            stage.lose("colours of focusTint, of which the mean counts,", lamp.prim)
+        ahead = np.abs(np.cos(np.radians(polar))) ** focus
+        table = table * (ahead + (1.0 - ahead) * tint.mean())[:, None]
+    return table
+
+
+def _photometric(lamp: _Lamp, intensity: Floats, table: Floats) -> Light | None:
+    """Return a point of a table, cut by its cone; None where nothing is left.
+
+    As in USD's reference renderer, hdEmbree, azimuths begin at -x and go to -y.
+    """
+    matrix, (outer, softness) = lamp.stage.matrix(lamp.prim), _cone(lamp.stage, lamp.prim)
+    polar = np.arange(POLAR, dtype=float)
+    width = max(outer * min(max(softness, 0.0), 1.0), 1e-9)
+    part = np.clip((polar - outer) / width + (softness > 0.0), 0.0, 1.0)
+    table = table * (1.0 - part * part * (3.0 - 2.0 * part))[:, None]
+    mean = mean_over_directions(table)
+    if mean == 0.0:
+        return None
+    if np.linalg.det(matrix[:3, :3]) > 0.0:
+        table = table[:, ::-1]  # of a `PhotometricLight` they go the other way about -z
+    place, axis, azimuth = (plain(each) for each in (matrix[:3, 3], -matrix[:3, 2], -matrix[:3, 0]))
+    whole = plain(mean * intensity)
+    return PhotometricLight(place, table.astype(np.float32), whole, axis, azimuth, name=lamp.name)
 
 
 def _cone(stage: Stage, prim: Any) -> tuple[float, float]:

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError
 from photonmap.io.readers.decoding import plain
 from photonmap.io.readers.registry import GREY, OR_WITHOUT, extended
-from photonmap.io.readers.usd.stage import Stage
+from photonmap.io.readers.usd.stage import Stage, color_space
+from photonmap.runtime.wording import shown
+from photonmap.scene.image_headers import named_space
 from photonmap.scene.images import Channels, Image, decode_srgb
 from photonmap.scene.material import Material
 from photonmap.scene.surfaces.fresnel import normal_reflectance
@@ -31,6 +33,7 @@ from photonmap.scene.textures import (
     resized,
 )
 from photonmap.spectra.curves import Floats
+from photonmap.spectra.rgb_spaces import to_srgb
 
 if find_spec("pxr") is not None:
     from pxr import UsdShade
@@ -212,7 +215,7 @@ class _Surface:
             return default
         node = UsdShade.Shader(attribute.GetPrim())
         if not UsdShade.Output.IsOutput(attribute):
-            return stage.color(attribute, default)
+            return stage.color(attribute, default, math.inf if name == "emissiveColor" else 1.0)
         if name != "diffuseColor" or not self.primvar(name):
             self.lose(f"what feeds {name} ({node.GetShaderId() or 'no shader'})")
         return stage.input(node, "fallback", default) if self.primvar(name) else default
@@ -232,6 +235,7 @@ class _Surface:
         (node, output), stage = found, self.look.stage
         try:
             channels, head = stage.image(stage.input(node, "file"))
+            self._note_space(node, name)
             space = str(stage.input(node, "sourceColorSpace", "auto"))
             is_srgb = space == "sRGB" or (space != "raw" and is_srgb_by_itself(channels, head))
             if name == "normal" and space not in ("raw", "sRGB") and is_srgb:
@@ -247,6 +251,19 @@ class _Surface:
             return None
         modes = self._modes(node, head)
         return self._placed(Texture(image), self._lie(node), modes), node, output
+
+    def _note_space(self, node: Any, name: str) -> None:
+        """Note primaries of a colour texture that the stage states, not `sourceColorSpace`."""
+        stated = color_space(node.GetInput("file").GetAttr())
+        if not name.endswith("Color") or stated == "auto":
+            return
+        space = named_space(stated)
+        if (
+            space.lost
+            or space.refused
+            or (space.primaries and to_srgb(space.primaries) is not None)
+        ):
+            self.lose(f"colour space {shown(stated)} of textures, which are read as sRGB,")
 
     def _modes(self, node: Any, head: bytes) -> tuple[str, ...]:
         """Return how a texture goes on along u and v: black unless it is said."""

@@ -278,8 +278,10 @@ def _spread(
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
     if not primvar or not primvar.HasValue():
         return None
-    found = primvar.ComputeFlattened(stage.time)
-    values = np.array(found, np.float64).reshape(-1, columns)
+    attribute, found = primvar.GetAttr(), primvar.ComputeFlattened(stage.time)
+    if attribute.GetNumTimeSamples() > 1:
+        stage.lose("animation", prim)
+    values = stage.linear_srgb(attribute, np.array(found, np.float64).reshape(-1, columns), 1.0)
     where = places.get(primvar.GetInterpolation())
     if where is None or where.max(initial=-1) >= len(values):
         stage.lose(f"{name} of a wrong number", prim)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -16,8 +17,11 @@ from photonmap.io.readers import decoding
 from photonmap.io.readers.registry import ReadOptions
 from photonmap.runtime.files import allowed_folder, is_below, named_file, named_image, outside
 from photonmap.runtime.wording import shown
-from photonmap.scene.images import Channels, read_channels
+from photonmap.scene.image_headers import named_space
+from photonmap.scene.images import OUTSIDE, Channels, read_channels
+from photonmap.scene.photometric import Table, parse_ies, read_ies
 from photonmap.spectra.curves import Floats
+from photonmap.spectra.rgb_spaces import decode_linear, to_srgb
 
 if find_spec("pxr") is not None:
     from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdShade
@@ -25,7 +29,6 @@ if find_spec("pxr") is not None:
 MOST_LAYERS = 1000  # Files that a stage may be composed of
 _DAMAGED = "is not a USD stage, or is damaged{}; export it again"
 _PARSING = re.compile(r":(\d+):\d+: parse error .* at ('.*')")  # What USD says of a text file
-_LINEAR = ("", "lin_rec709", "lin_rec709_scene", "lin_srgb", "linear", "raw")
 _TEMPLATE = "templateAssetPath"  # The one name of files that is text in USD's metadata
 _HEADER = 4096  # Bytes of an image file, among which its encoding is stated
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -62,20 +65,50 @@ class Stage:
         matrix = np.array(moved, np.float64).T
         return UPRIGHT @ matrix if self.is_z_up else matrix
 
+    def note_motion(self, prim: Any) -> None:
+        """Note a prim that moves, or appears; what its attributes do is noted as they are read."""
+        item = UsdGeom.Imageable(prim)
+        moves = UsdGeom.Xformable(prim)
+        if (moves and moves.TransformMightBeTimeVarying()) or (
+            item and item.GetVisibilityAttr().ValueMightBeTimeVarying()
+        ):
+            self.lose("animation", prim)
+
     def value(self, attribute: Any, default: Any = None) -> Any:
         """Return what an attribute holds when the stage begins; what feeds it is not simulated."""
         if not attribute:
             return default
         if attribute.HasAuthoredConnections():
             self.lose(f"what feeds {attribute.GetName()}", attribute.GetPrim())
+        if attribute.GetNumTimeSamples() > 1:
+            self.lose("animation", attribute.GetPrim())
         found = attribute.Get(self.time)
         return default if found is None else found
 
-    def color(self, attribute: Any, default: Any) -> Any:
-        """Return a colour, which is linear sRGB; other colour spaces are not simulated."""
-        if attribute and attribute.GetColorSpace() not in _LINEAR:
-            self.lose(f"colour space {attribute.GetColorSpace()}", attribute.GetPrim())
-        return self.value(attribute, default)
+    def color(self, attribute: Any, default: Any, most: float = math.inf) -> Any:
+        """Return a colour in linear sRGB, up to a largest value."""
+        found = self.value(attribute, default)
+        return self.linear_srgb(attribute, found, most) if attribute else found
+
+    def linear_srgb(self, attribute: Any, colors: Any, most: float) -> Any:
+        """Return colours, (..., 3), of an attribute in linear sRGB, clipped to its gamut."""
+        if attribute.GetRoleName() != Sdf.ValueRoleNames.Color:
+            return colors
+        prim, name = attribute.GetPrim(), color_space(attribute)
+        space = named_space(name)
+        if space.lost or space.refused:
+            self.lose(f"colour space {shown(name)}, which is not known,", prim)
+            return colors
+        matrix = None if space.primaries is None else to_srgb(space.primaries)
+        if matrix is None and space.transfer in (None, decode_linear):
+            return colors
+        values = np.asarray(colors, np.float64)
+        linear = np.sign(values) * (space.transfer or decode_linear)(np.abs(values))
+        linear = linear if matrix is None else linear @ matrix.T
+        kept = np.clip(linear, 0.0, max(most, values.max(initial=0.0)))
+        if not np.allclose(kept, linear, rtol=0.0, atol=OUTSIDE * np.abs(linear).max(initial=0.0)):
+            self.lose("colours outside sRGB, which are clipped,", prim)
+        return kept
 
     def input(self, shader: Any, name: str, default: Any = None) -> Any:
         """Return the value of a shader's input, which its material may give."""
@@ -103,6 +136,20 @@ class Stage:
             channels = read_channels(file)
             with file.open("rb") as opened:
                 return channels, opened.read(_HEADER)
+        inside, data = self._packed(asset, name)
+        channels = decoding.read_embedded(data, f"image{inside.suffix}")
+        return channels, bytes(data[:_HEADER])
+
+    def photometry(self, asset: Any) -> Table:
+        """Return the table of an IES file, which may lie in a package."""
+        name = getattr(asset, "resolvedPath", "") or getattr(asset, "path", "")
+        if not Ar.IsPackageRelativePath(name):
+            return read_ies(named_image(self.path.parent, name))
+        inside, data = self._packed(asset, name)
+        return parse_ies(bytes(data).decode("latin-1"), inside)
+
+    def _packed(self, asset: Any, name: str) -> tuple[Path, Any]:
+        """Return the name of a file in a package, and its bytes."""
         named_file(self.path.parent, Ar.SplitPackageRelativePathOuter(name)[0])
         refuse_outside(self.path, asset.path, name)
         inside = Path(Ar.SplitPackageRelativePathInner(name)[1])
@@ -110,9 +157,17 @@ class Stage:
         data = Ar.GetResolver().OpenAsset(found) if found else None
         if data is None:
             raise InputError(f"{shown(str(inside))} is not in the package; export it again")
-        buffer = data.GetBuffer()
-        channels = decoding.read_embedded(buffer, f"image{inside.suffix}")
-        return channels, bytes(buffer[:_HEADER])
+        return inside, data.GetBuffer()
+
+
+def color_space(attribute: Any) -> str:
+    """Return the space that a colour, or else the nearest prim above it, states; "" for none."""
+    name, prim = str(attribute.GetColorSpace()), attribute.GetPrim()
+    while not name and prim:
+        if "ColorSpaceAPI" in prim.GetAppliedSchemas():
+            name = str(prim.GetAttribute("colorSpace:name").Get() or "")
+        prim = prim.GetParent()
+    return name
 
 
 def open_stage(path: Path, losses: decoding.Losses) -> Any:
