@@ -18,6 +18,8 @@ from photonmap.spectra.projection import Method, choose_projection
 
 MOST = 0.02
 """Error of a light's luminance above which photometric results warn."""
+BY_BANDS = "luminance by these bands over the exact one"
+"""How the warning of such lights begins."""
 _BLUR, _MOVED = 20.0, 0.05
 """Width, nm, of the blur that moves more than this share of the light of a lamp with lines."""
 _UNSEEN = 10.0  # Radiance over luminance from which on the eye hardly sees a lamp
@@ -88,7 +90,7 @@ def warn_of_luminance(lights: Sequence[Mapping[str, Any]]) -> None:
             for light in off
         ]
         warn(
-            f"luminance by these bands over the exact one: {enumerated(stated)}; luminance() and "
-            "illuminance() correct it for direct light and grey surfaces, rgb() and xyz() do not; "
-            "narrower bands, as 400:700:5, are closer everywhere"
+            f"{BY_BANDS}: {enumerated(stated)}; luminance() and illuminance() correct it for "
+            "direct light and grey surfaces, rgb() and xyz() do not; narrower bands, as 400:700:5, "
+            "are closer everywhere"
         )

@@ -15,6 +15,8 @@ from photonmap.integrators.look import Onlooker
 
 SIZE = (48, 36)
 
+pytestmark = pytest.mark.filterwarnings("ignore:luminance by these bands")
+
 
 @pytest.fixture(scope="module")
 def jug():

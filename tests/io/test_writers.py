@@ -31,6 +31,7 @@ def assert_same_picture(first, second):
         np.testing.assert_array_equal(a.buffers[name], b.buffers[name])
 
 
+@pytest.mark.filterwarnings("ignore:luminance by these bands")
 @pytest.mark.parametrize(
     ("name", "illumination", "materials"),
     [("bathroom", "two_mixed", "mixed"), ("jug", "two_planckian", "lambertian")],

@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -34,6 +35,7 @@ from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.settings import DATASET, taken_by
 from photonmap.spectra import color_text, munsell
 from photonmap.spectra.bands import Bands
+from photonmap.spectra.photometry import BY_BANDS
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -133,7 +135,9 @@ def render_job(
     if passes is not None:
         options |= {"passes": passes, "pass_samples": pass_samples, "error": None}
     options |= {"seed": job.render_seed, "per_light": True, "progress": SpokenStages()}
-    result = render(scene, **options, threads=threads)
+    with warnings.catch_warnings():  # of each image alike: its record says so
+        warnings.filterwarnings("ignore", f".*{BY_BANDS}")
+        result = render(scene, **options, threads=threads)
     if result.record["interrupted"]:
         raise KeyboardInterrupt
     sets = result.record["measured_sets"]

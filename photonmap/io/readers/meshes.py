@@ -172,6 +172,24 @@ def cut_polygons(
     return Part(vertices, corners[triangles], normals, uv, colors)
 
 
+def is_clipped(
+    vertices: Floats, matrix: Floats, planes: tuple[float, float], radius: float, slope: float
+) -> bool:
+    """Return whether vertices in view lie before or behind the clipping planes of a camera.
+
+    matrix : (4, 4) of the camera, which looks along -z
+    planes : depths of both
+    radius, slope : of the cylinder or the cone around its view, at depth 0 and for each depth
+    """
+    to_camera, (near, far) = np.linalg.inv(matrix), planes
+    depth = -(vertices @ to_camera[2, :3] + to_camera[2, 3])
+    cut = (depth > 0.0) & ((depth < near) | (depth > far))
+    if not cut.any():
+        return False
+    across = vertices[cut] @ to_camera[:2, :3].T + to_camera[:2, 3]
+    return bool((np.linalg.norm(across, axis=1) <= radius + slope * depth[cut]).any())
+
+
 def move(part: Part, matrix: Floats) -> Part:
     """Transform a part by a (4, 4) matrix; faces are reversed where it mirrors, to stay outside."""
     linear = matrix[:3, :3]

@@ -105,7 +105,7 @@ def _find_differences(
         for index, (name, material) in enumerate(named.items())
         if (found := find_material_changes(material, read.material(index)))
     }
-    views, lamps = read.cameras(), {light.name: light for light in read.lights()}
+    views, lamps = read.cameras([]), {light.name: light for light in read.lights()}
     same = [is_same_view(*pair) for pair in zip(scene.cameras, views, strict=False)]
     cameras = scene.cameras if sum(same) < len(scene.cameras) else []
     others = [each for each in scene.lights if not is_same_light(each, lamps.get(each.name))]

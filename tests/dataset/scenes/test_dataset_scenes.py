@@ -223,6 +223,7 @@ def test_renders_with_sane_numbers(name):
     assert 0.8 * LEVEL < np.median(irradiance) < 1.5 * LEVEL
 
 
+@pytest.mark.filterwarnings("ignore:luminance by these bands")
 @pytest.mark.parametrize(
     ("name", "kind"), [*(("jug", kind) for kind in ILLUMINATIONS), ("bedroom", "two_mixed")]
 )

@@ -1,6 +1,7 @@
 """Cameras and lights at the nodes of glTF files."""
 
 import math
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -60,11 +61,11 @@ def shown_at(camera, point, size):
 def test_cameras_show_what_gltf_says(scene_of, kind, scale):
     size, yfov, ymag = (64, 48), 0.8, 2.5
     aspect = size[0] / size[1]
-    lens = {"yfov": yfov, "znear": 0.1, "zfar": 100.0}
+    lens = {"yfov": yfov, "znear": 0.1, "zfar": 100.0 / scale}
     focal = 1.0 / math.tan(yfov / 2)
     projection = np.array([[focal / aspect, 0, 0, 0], [0, focal, 0, 0], [0] * 4, [0, 0, -1.0, 0]])
     if kind == "orthographic":
-        lens = {"xmag": ymag * aspect, "ymag": ymag, "znear": 0.1, "zfar": 100.0}
+        lens = {"xmag": ymag * aspect, "ymag": ymag, "znear": 0.1, "zfar": 100.0 / scale}
         projection = np.diag([1.0 / (ymag * aspect), 1.0 / ymag, 0.0, 1.0])
     nodes = [
         {"translation": MOVE.tolist(), "scale": [scale] * 3, "children": [2]},
@@ -172,6 +173,25 @@ def test_lights_of_one_name_and_that_of_a_material(scene_of, build):
     scene = scene_of([shining(name="lamp"), shining(name="lamp")], lights=[{"type": "point"}])
     names = [light.name for light in scene.lights]
     assert len({*names, "lamp"}) == 3
+
+
+@pytest.mark.parametrize("kind", ["perspective", "orthographic"])
+@pytest.mark.parametrize(
+    ("planes", "place", "is_cut"),
+    [
+        ({"znear": 1.0, "zfar": 6.0}, (0.0, 0.0, 5.0), False),
+        ({"znear": 5.5}, (0.0, 0.0, 5.0), True),
+        ({"znear": 0.1, "zfar": 4.0}, (0.0, 0.0, 5.0), True),
+        ({"znear": 0.1, "zfar": 4.0}, (9.0, 0.0, 5.0), False),
+        ({"znear": 5.5}, (0.0, 0.0, -5.0), False),
+    ],
+)
+def test_what_cameras_cut_off_is_named(scene_of, kind, planes, place, is_cut):
+    lens = {"yfov": 1.0} if kind == "perspective" else {"xmag": 2.0, "ymag": 2.0}
+    camera = {"type": kind, kind: lens | planes}
+    said = "what znear and zfar cut off of 'a'"
+    with pytest.warns(SceneWarning, match=said) if is_cut else nullcontext():
+        scene_of([{"camera": 0, "name": "a", "translation": place}], [camera])
 
 
 def test_what_is_not_simulated(scene_of):

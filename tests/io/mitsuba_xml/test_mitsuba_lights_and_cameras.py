@@ -217,6 +217,19 @@ def test_several_cameras(load):
     assert scene.camera == scene.cameras[0]
 
 
+@pytest.mark.parametrize("kind", ["perspective", "orthographic"])
+def test_what_cameras_cut_off_is_named(camera_of, kind):
+    """The ball of radius 1 is 3 away, from 2 to 4."""
+    away = '<transform name="to_world"><lookat origin="0, 0, 3" target="0, 0, 0" up="0, 1, 0"/>'
+    away += '</transform><float name="{}_clip" value="{}"/>'
+    assert camera_of(kind, away.format("near", 1.9) + '<float name="far_clip" value="4.1"/>')
+    for plane in (("near", 2.5), ("far", 3.5)):
+        with pytest.warns(SceneWarning, match="what near_clip and far_clip cut off of 'eye'"):
+            camera_of(kind, away.format(*plane))
+    with pytest.warns(SceneWarning, match="srf of 'eye'"):
+        camera_of(kind, away.format("near", 0.1) + '<spectrum name="srf" value="1"/>')
+
+
 def test_what_is_not_simulated_of_cameras(camera_of):
     mirrored = AIMED.replace("<lookat", '<scale x="-1"/><lookat')
     crop = FILM.replace("</film>", '<integer name="crop_width" value="3"/></film>')

@@ -148,13 +148,17 @@ class Gltf(document.Document):
             self._shared[index] = list(_parts(self, mesh))
         return self._shared[index]
 
-    def cameras(self) -> list[Camera]:
-        """Return the cameras at its nodes."""
-        return [
-            read_camera(self.node_item(index, self.item("cameras", node["camera"])))
+    def cameras(self, shown: list[Mesh]) -> list[Camera]:
+        """Return the cameras at its nodes, which see these meshes."""
+        nodes = [
+            self.node_item(index, self.item("cameras", node["camera"]))
             for index, node in self._nodes()
             if "camera" in node
         ]
+        cameras = [read_camera(node) for node in nodes]
+        for node in nodes:
+            _note_clipped(node, shown)
+        return cameras
 
     def lights(self) -> list[Light]:
         """Return the lights at its nodes."""
@@ -193,7 +197,7 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: decoding.Loss
     meshes = list(_instances(gltf))
     for name in gltf.textures.lost:
         decoding.note_loss(losses, "unreadable textures, with grey in their place,", name)
-    cameras, lights = gltf.cameras(), gltf.lights()
+    cameras, lights = gltf.cameras(meshes), gltf.lights()
     amounts = (getattr(each, "intensity", getattr(each, "irradiance", 0.0)) for each in lights)
     are_photometric = max(map(np.max, amounts), default=0.0) >= _BRIGHT
     if str(gltf.tree["asset"].get("generator")).startswith(_BLENDER) and are_photometric:
@@ -376,6 +380,18 @@ class NodeItem(materials.Described):
         if not 0.0 < length < math.inf:
             raise self.error("its scale is 0, so it has no direction; correct the scale")
         return decoding.plain(sign / length * axis)
+
+
+def _note_clipped(node: NodeItem, shown: list[Mesh]) -> None:
+    """Note what a camera cuts off near or far."""
+    kind, lens = node.item["type"], node.item[node.item["type"]]
+    given = {key: value for key, value in lens.items() if type(value) in (int, float) and value > 0}
+    planes = given.get("znear", 0.0), given.get("zfar", math.inf)
+    reach = math.hypot(given.get("xmag", 0.0), given.get("ymag", 0.0)), 0.0
+    if kind == "perspective":
+        reach = 0.0, math.tan(0.5 * given["yfov"]) * math.hypot(1.0, given.get("aspectRatio", 1.0))
+    if any(meshes.is_clipped(mesh.vertices, node.matrix, planes, *reach) for mesh in shown):
+        node.lose("what znear and zfar cut off")
 
 
 def read_camera(node: NodeItem) -> Camera:

@@ -47,7 +47,7 @@ _NARROW = 2.0  # Width, degrees, of an edge so narrow that its falloff does not 
 _AROUND = ("constant", "envmap")
 _PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC = "perspective", "thinlens", "orthographic"
 _SENSORS = (_PERSPECTIVE, _THIN_LENS, _ORTHOGRAPHIC)
-_IGNORED = ("near_clip", "far_clip", "shutter_open", "shutter_close", "srf")
+_IGNORED = ("shutter_open", "shutter_close")
 _FULL_FRAME = math.hypot(36.0, 24.0)  # Diagonal of the film, mm, to which focal lengths refer
 
 
@@ -65,7 +65,7 @@ def _decode(options: ReadOptions, path: Path, data: bytes, losses: Losses) -> Sc
     scene = load_nodes(path, data, context)
     shapes = [mesh for shape in scene.parts("shape") for mesh in read_shapes(shape)]
     shining = read_emitters(scene.parts("emitter"))
-    cameras = [read_sensor(sensor) for sensor in scene.parts("sensor")]
+    cameras = [read_sensor(sensor, shapes) for sensor in scene.parts("sensor")]
     for integrator in scene.parts("integrator"):
         _note_integrator(integrator)
     return Scene(shapes, shining, name=path.stem, cameras=cameras)
@@ -176,8 +176,8 @@ _EMITTERS: dict[str, Callable[[Node, str], lights.Light]] = {
 }
 
 
-def read_sensor(node: Node) -> Camera:
-    """Return the camera of a sensor; near and far planes cut nothing off."""
+def read_sensor(node: Node, shapes: list[Mesh]) -> Camera:
+    """Return the camera of a sensor; near and far planes cut nothing off, which is noted."""
     if node.type not in _SENSORS:
         raise node.unknown(_SENSORS)
     matrix = node.transform()
@@ -199,6 +199,10 @@ def read_sensor(node: Node) -> Camera:
         if (focus := node.number("focus_distance", 0.0)) == 0.0:
             raise node.error("aperture_radius is given without focus_distance; add one above 0")
         look["lens"] = Lens(focus, radius)
+    planes = node.number("near_clip", 0.0), node.number("far_clip", 1e4)
+    view = matrix @ np.diag([1.0, 1.0, -1.0, 1.0])
+    if any(meshes.is_clipped(mesh.vertices, view, planes, *_reach(look, size)) for mesh in shapes):
+        node.lose("what near_clip and far_clip cut off")
     node.read.update(("", *_IGNORED))
     node.lose_unread()
     name = re.sub(f"[{re.escape(NOT_IN_FILES)}]", "_", node.unique_name("camera"))
@@ -206,6 +210,15 @@ def read_sensor(node: Node) -> Camera:
         return check_camera(Camera(plain(origin), target, plain(up), name=name, **look))
     except InputError as invalid:
         raise node.error(str(invalid)) from None
+
+
+def _reach(look: dict[str, Any], size: tuple[int, int]) -> tuple[float, float]:
+    """Return the radius and the slope of the cylinder, or of the cone, around a view."""
+    if "height" in look:
+        return math.sqrt(2.0), 0.0
+    if "projection" in look:
+        return 0.0, math.hypot(*size) / look["projection"].fx
+    return 0.0, math.tan(math.radians(look["fov"]) / 2.0) * math.hypot(1.0, size[0] / size[1])
 
 
 def _film_size(node: Node) -> tuple[int, int]:

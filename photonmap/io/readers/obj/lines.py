@@ -142,6 +142,7 @@ _OUTSIDE = np.iinfo(np.int32).max
 _IN_FACES = np.isin(np.arange(256), list(b"0123456789+-/ \v\n"))
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?){0,2}")
+_WEIGHTED = "v with a weight, or with more than a colour"
 _STATES = ("o", "g", "s", "usemtl", "mtllib")
 
 
@@ -204,7 +205,7 @@ def parse_lines(source: Source) -> ObjLines:
     for begin, end in source.blocks():
         lines, rest = _sort_block(source, begin, end)
         for table, kind in zip(tables, _TABLES, strict=True):
-            table.append(_parse_table(source, lines[kind.keyword], kind))
+            table.append(_parse_table(source, lines[kind.keyword], kind, others))
         before = [lines[kind.keyword].offsets for kind in _TABLES]
         faces.append(_parse_faces(source, lines[b"f"], before, known))
         if small := len(lines[b"f"].starts) - len(faces[-1][1]):
@@ -248,10 +249,11 @@ def _sort_block(source: Source, begin: int, end: int) -> tuple[dict[bytes, _Line
     return lines, (starts[rest] + begin).tolist()
 
 
-def _parse_table(source: Source, lines: _Lines, kind: _Table) -> Floats:
+def _parse_table(source: Source, lines: _Lines, kind: _Table, others: Counter[str]) -> Floats:
     """Parse vertices, normals or texture coordinates, in rows of `kind.width` numbers.
 
-    Where a line has `kind.most`, rows have so many, NaN in lines that do not.
+    Where a line has `kind.most`, rows have so many, NaN in lines that do not. Vertices with weights
+    other than 1, and with more numbers than a colour has, are counted among others.
     """
     if not len(lines.starts):
         return np.zeros((0, kind.width))
@@ -268,7 +270,11 @@ def _parse_table(source: Source, lines: _Lines, kind: _Table) -> Floats:
         for column in range(width):
             has = counts > column
             table[has, column] = values[firsts[has] + column]
-        table[counts < kind.most, kind.width :] = np.nan
+        table[counts != kind.most, kind.width :] = np.nan
+        if kind.most > kind.width:
+            odd = np.flatnonzero((counts > kind.width) & (counts != kind.most))
+            odd = odd[(counts[odd] > kind.most) | (values[firsts[odd] + kind.width] != 1.0)]
+            others.update([_WEIGHTED] * len(odd))
     if not (np.abs(table[:, : kind.width]) <= LARGEST_COORDINATE).all():
         raise _table_error(source, lines, kind)
     return table

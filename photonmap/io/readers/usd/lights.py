@@ -110,13 +110,9 @@ def note_clipped(stage: Stage, prim: Any, vertices: Iterable[Floats]) -> None:
     radius = 0.5 * math.hypot(*(value(attribute, 0.0) for attribute in sizes))
     is_flat = value(camera.GetProjectionAttr()) == UsdGeom.Tokens.orthographic
     slope = radius / max(value(camera.GetFocalLengthAttr(), 50.0), 1e-9)
-    to_camera = np.linalg.inv(matrix)
-    for rows in vertices:
-        x, y, z = (rows @ to_camera[:3, :3].T + to_camera[:3, 3]).T
-        reach = TENTH * radius if is_flat else -z * slope
-        if ((z < 0.0) & ((-z < near) | (-z > far)) & (x * x + y * y <= reach**2)).any():
-            stage.lose("the clipping range of cameras", prim)
-            return
+    reach = (TENTH * radius, 0.0) if is_flat else (0.0, slope)
+    if any(meshes.is_clipped(rows, matrix, (near, far), *reach) for rows in vertices):
+        stage.lose("the clipping range of cameras", prim)
 
 
 @dataclass(frozen=True)
