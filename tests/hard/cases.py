@@ -1,6 +1,7 @@
 """What every hard case shares: small renders, what must hold of each, and comparisons of means."""
 
 import numpy as np
+from helpers.passes import per_pass
 from scipy import stats
 
 import photonmap as pm
@@ -69,22 +70,24 @@ def check_geometry(result):
         assert not result.buffers[name][empty].any(), f"{name} without a surface"
 
 
-def means(scene, buffer="radiance", seeds=6, **settings):
-    """Return the mean over pixels of renders with so many seeds, (seeds, bands)."""
-    return means_of(scene, seeds, **settings)[buffer]
+def means(scene, buffer="radiance", count=12, passes=1, **settings):
+    """Return so many means over pixels, each of some passes of a render, (count, bands)."""
+    return means_of(scene, count, passes, **settings)[buffer]
 
 
-def means_of(scene, seeds=6, **settings):
+def means_of(scene, count=12, passes=1, **settings):
     """Return the means of all light's buffers, by name, as `means`."""
-    results = [rendered(scene, seed=seed, **settings) for seed in range(seeds)]
-    return {
-        name: np.array([result.buffers[name].mean(axis=(0, 1), dtype=float) for result in results])
-        for name in LIGHT
-    }
+    found = per_pass(
+        lambda: rendered(scene, passes=count * passes, **settings),
+        LIGHT,
+        lambda image: image.mean(axis=0, dtype=float),
+    )
+    groups = found.reshape(count, passes, len(LIGHT), -1).mean(axis=1)
+    return dict(zip(LIGHT, groups.swapaxes(0, 1), strict=True))
 
 
 def assert_mean(values, truth, slack=1e-3):
-    """Assert that means over seeds, (seeds, bands), agree with the truth, (bands,).
+    """Assert that independent means, (count, bands), agree with the truth, (bands,).
 
     Within so many standard errors as t at the significance has, shared by all bands; and a bias of
     `slack` of the truth, that of a finite number of photons.
@@ -99,7 +102,7 @@ def assert_mean(values, truth, slack=1e-3):
 
 
 def assert_same(values, others, slack=1e-3):
-    """Assert that two sets of means over seeds, paired by seed, do not differ; as `assert_mean`."""
+    """Assert that two sets of means, in pairs, do not differ; as `assert_mean`."""
     truth = np.abs(others).mean(axis=0)
     error = stats.sem(values - others, axis=0)
     sigmas = stats.t.isf(SIGNIFICANCE / 2 / values.shape[1], len(values) - 1)

@@ -153,7 +153,7 @@ def test_one_triangle(side):
     """Under a sky of 1 it reflects its albedo, on both sides."""
     mesh = pm.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], pm.Material("t", 0.3))
     scene = pm.Scene([mesh], [pm.DomeLight()], pm.Camera((0, 0, 3 * side), (0, 0, 0), fov=10))
-    found = means_of(scene, seeds=4)
+    found = means_of(scene)
     assert not found["indirect"].any()
     assert_mean(found["direct"], 0.3 * np.ones(2))
 
@@ -168,5 +168,5 @@ def test_many_triangles():
                                             index[1:, :-1]))  # fmt: skip
     faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     scene = with_floor(floor_of(np.stack([x.ravel(), z.ravel()], axis=1), faces))
-    values, wanted = (means(s, "indirect", seeds=4) for s in (scene, BOX))
+    values, wanted = (means(s, "indirect") for s in (scene, BOX))
     assert_same(values, wanted, slack=5e-3)

@@ -20,13 +20,13 @@ CUT = pytest.mark.filterwarnings("ignore:[0-9]* of [0-9]* photons were truncated
 @pytest.fixture(scope="module")
 def truth():
     """Indirect light of the Cornell box by plain paths."""
-    return means(BOX, "indirect", method="path", passes=32)
+    return means(BOX, "indirect", method="path", passes=8)
 
 
 @pytest.mark.parametrize("photons", [10, *slow(1, 20_000)])
 def test_any_number_of_photons(photons, truth):
     """Where they are few, cells are so large that paths answer in their place."""
-    values = means(BOX, "indirect", photons=photons, passes=8)
+    values = means(BOX, "indirect", photons=photons, passes=2)
     assert_same(values, truth, slack=0.02)
 
 
@@ -53,7 +53,7 @@ def test_all_photons_in_one_point():
             [spot((0, 0.9, 0.6), (0, -1, 0.6), angle)],
             BOX.camera,
         )
-        lit[angle] = means(narrow, "indirect", passes=8) / angle**2
+        lit[angle] = means(narrow, "indirect", passes=2) / angle**2
     assert_same(lit[1e-3], lit[0.1], slack=0.01)
 
 
@@ -98,7 +98,7 @@ def test_cells_far_too_large_or_too_small(share, monkeypatch, truth):
     """Large ones never answer; small ones answer with noise that their errors tell of."""
     monkeypatch.setattr(cache_tracer, "STORES_PER_CELL", max(1.0 / share, 1e-3))
     monkeypatch.setattr(cache_tracer, "MOST_CELLS_PER_PHOTON", 50.0)
-    values = means(BOX, "indirect", passes=16)
+    values = means(BOX, "indirect", passes=4)
     assert_same(values, truth, slack=0.02)
 
 

@@ -159,7 +159,7 @@ SETTINGS = {"bands": "rgb", "size": (10, 10)}
 def test_photons_agree_with_paths(scene):
     """Cells of as many photons as a render's own leave 3% of indirect light in doubt, at most."""
     settings = SETTINGS | {"photons": 1 << 14}
-    photons, paths = (means_of(scene, 6, method=m, **settings) for m in ("photon", "path"))
+    photons, paths = (means_of(scene, method=m, **settings) for m in ("photon", "path"))
     for buffer in ("direct", "indirect"):
         assert_same(photons[buffer], paths[buffer], slack=0.03)
 
@@ -175,8 +175,8 @@ def test_light_is_linear_in_power(scene):
 
 @property_of_scenes(15)
 def test_light_is_the_sum_over_lights(scene):
-    whole = means(scene, seeds=6, **SETTINGS)
-    each = sum(means(one, seeds=6, **SETTINGS) for one in one_by_one(scene))
+    whole = means(scene, **SETTINGS)
+    each = sum(means(one, **SETTINGS) for one in one_by_one(scene))
     assert_same(whole, each, slack=0.03)
 
 
@@ -210,5 +210,5 @@ def test_bands_know_nothing_of_each_other(scene):
 @property_of_scenes(25)
 def test_more_reflectance_means_more_light(scene):
     whiter = painted(scene, lambda color, light: color if light else 0.5 + 0.5 * color)
-    values, more = (means(s, "shading", seeds=4, **SETTINGS) for s in (scene, whiter))
+    values, more = (means(s, "shading", **SETTINGS) for s in (scene, whiter))
     assert (more.mean(axis=0) >= 0.97 * values.mean(axis=0)).all()

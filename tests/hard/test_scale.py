@@ -98,7 +98,7 @@ def test_a_millimetre_in_ten_kilometres(place):
     np.testing.assert_allclose(whole.depth[on_cube], part.depth[on_cube], rtol=1e-4)
     values = means_of(large, size=(24, 24))
     # Cells of the small scene are of the cube's size: paths need none.
-    wanted = means_of(small, size=(24, 24), method="path", passes=40)
+    wanted = means_of(small, size=(24, 24), method="path", passes=10)
     for buffer in ("direct", "indirect"):
         assert_same(values[buffer], wanted[buffer], slack=5e-3)
 

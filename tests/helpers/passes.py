@@ -1,10 +1,12 @@
 """Passes over a scene, without a render around them, and whether both methods bring one light."""
 
 import numpy as np
+import pytest
 from scipy import stats
 
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.film.blocks import block_means
+from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
 from photonmap.kernels.core.passes import (
@@ -51,6 +53,32 @@ def pass_means(scene, method, count, bands="rgb", photons=3000, seed=1):
             images = parts.reshape(3, SIDE, SIDE, setup.bands).transpose(1, 2, 0, 3)
             found.append(compiled.power * block_means(images, SIDE // 2).transpose(2, 0, 1, 3))
     return np.array(found)
+
+
+def per_pass(render, names, reduce):
+    """Return what `reduce` makes of buffers in each pass of a render, (passes, names, …).
+
+    It takes their images, (P, N), and has to be linear. Passes are as independent as renders with
+    other seeds, and take a fraction of their time.
+    """
+    running, scales, add, finish = [], [], LightGroups.add, LightGroups.finish
+
+    def add_and_look(self, *arguments):
+        add(self, *arguments)
+        images, _ = finish(self, 1.0, names)
+        running.append([reduce(images[name]) for name in names])
+
+    def finish_and_note(self, scale, *arguments):
+        scales.append(scale)
+        return finish(self, scale, *arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LightGroups, "add", add_and_look)
+        patch.setattr(LightGroups, "finish", finish_and_note)
+        render()
+    means = np.array(running)
+    sums = np.arange(1, len(means) + 1).reshape(-1, *[1] * (means.ndim - 1)) * means
+    return scales[-1] * np.diff(sums, axis=0, prepend=0.0)
 
 
 def _error(values):

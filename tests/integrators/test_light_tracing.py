@@ -1,6 +1,7 @@
 """Caustic photons connected to the camera, against small disks and closed forms."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from photonmap.spectra.bands import Bands
 RADIUS = 0.02
 """Of disks too small to blur anything, in sizes of the scene."""
 PASSES = 16
+CAUSTICS_ALONE = SimpleNamespace(on=lambda effect: effect == "caustics")
+"""A plan of effects in which no gather ray is traced."""
 BULB = pm.PointLight((0.1, 0.9, 0.2), (1.0, 0.8, 0.6))
 EYE = pm.Camera((0.2, 0.6, 2.6), (0.0, -0.5, 0.0), fov=50.0)
 
@@ -78,7 +81,8 @@ def passes(scene, seeds, threads=2, seed=1, photons=4000):
     film = Film(32, 24, True)
     compiled = compile_scene(scene, Bands.parse("rgb"))
     with Workers(threads) as workers:
-        integrator = PhotonIntegrator(setup_of(compiled, workers, film, photons, seed))
+        setup = setup_of(compiled, workers, film, photons, seed)
+        integrator = PhotonIntegrator(replace(setup, effects=CAUSTICS_ALONE))
         images = []
         for index in range(seeds):
             estimate = integrator.estimate(index)

@@ -17,13 +17,14 @@ import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
-from photonmap.integrators.photon_mapping import cache_cells, caustics
+from photonmap.integrators.photon_mapping import cache_cells, caustics, pilot
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.geometry import ray
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
 
 caustics.PILOT = cache_cells.PILOT = 128
+caustics.LINGER_PILOT_PHOTONS = pilot.PILOT = 64
 calls = {"rtcIntersect1": 0, "rtcOccluded1": 0}
 
 
@@ -49,7 +50,7 @@ balls = [
 room = replace(room, meshes=[*room.meshes, *balls])
 compiled = compile_scene(room, Bands.parse("rgb"))
 with Workers(1) as workers, np.errstate(over="ignore"):
-    setup = PassSetup(compiled, Film(4, 3, True), 3, 100, 1, workers)
+    setup = PassSetup(compiled, Film(3, 2, True), 3, 100, 1, workers)
     for method in ("photon", "path"):
         integrator = make_integrator(method, setup)
         integrator.estimate(0)

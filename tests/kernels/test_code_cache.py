@@ -26,6 +26,10 @@ import json, os, resource, sys
 from contextlib import redirect_stderr
 from io import StringIO
 import numba
+from numba.core.registry import cpu_target
+from numba.np import arraymath, linalg, npyimpl, polynomial, random
+
+cpu_target.typing_context.refresh()
 
 for line in sys.stdin:
     folder, environment = json.loads(line)
@@ -35,6 +39,7 @@ for line in sys.stdin:
         continue
     os.environ.update(environment)
     numba.config.reload_config()
+    cpu_target.target_context.init()  # of the processor that is named
     if limit := environment.get("FILE_LIMIT"):
         resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), int(limit)))
     os.chdir(folder)
@@ -47,7 +52,7 @@ for line in sys.stdin:
     os._exit(0)
 """
 """Calls the kernel of each folder that it reads in a process of its own, into which Numba was
-imported before."""
+imported before, with all that compiling needs."""
 
 
 @pytest.fixture(scope="module")

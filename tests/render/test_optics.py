@@ -11,6 +11,8 @@ import photonmap as pm
 from photonmap.kernels.core import fresnel, vec
 
 BOX = pm.scenes.cornell_box()
+NO_INDIRECT = "direct,specular,transmission,caustics"
+"""Of scenes whose caustics are looked at alone: no gather ray is traced."""
 
 
 def ball(center, radius, material, name="ball", subdivisions=4):
@@ -245,9 +247,9 @@ def encircled(light, distance, half, radii, **settings):
     eye, side = -1.02, 64
     fov = math.degrees(2.0 * math.atan(half / (distance + eye)))
     camera = pm.Camera((0, eye, 0), (0, -distance, 0), (0, 0, -1), fov)
-    result = pm.render(
-        pm.Scene(meshes, [light], camera), bands=1, size=(side, side), photons=20_000, **settings
-    )
+    scene = pm.Scene(meshes, [light], camera)
+    few = {"bands": 1, "size": side, "photons": 20_000, "effects": NO_INDIRECT}
+    result = pm.render(scene, **few, **settings)
     flux = result.caustics[..., 0] / 0.5 * math.pi * (2.0 * half / side) ** 2
     fine = ((np.arange(8 * side) + 0.5) / (4 * side) - 1.0) * half
     away = np.hypot(fine[:, None], fine).reshape(side, 8, side, 8)
@@ -294,7 +296,8 @@ def test_the_sun_through_a_slab():
     ]
     camera = pm.Camera((0, -0.2, 0), (0, -1.1, 0), (0, 0, -1), 126)
     scene = pm.Scene(meshes, [pm.DirectionalLight((0, -1, 0), 2.0)], camera)
-    result = pm.render(scene, bands="rgb", size=(64, 64), passes=16, seed=5)
+    settings = {"bands": "rgb", "size": 64, "passes": 16, "seed": 5, "effects": NO_INDIRECT}
+    result = pm.render(scene, **settings)
     assert not result.direct.any()
     irradiance = result.caustics / 0.5 * math.pi
     through = (1.0 - 0.04) / (1.0 + 0.04)

@@ -1,7 +1,7 @@
 """The unbiased mode: its mean is the path tracer's in every buffer and block, whatever is cached.
 
-Renders with different seeds are independent, so their means are compared by Welch's t-test; no seed
-is used by both, since methods share random numbers. All comparisons of a test together reject
+Passes are independent, so their means are compared by Welch's t-test; no seed is used by both
+methods, since these share random numbers. All comparisons of a test together reject
 equal means wrongly with a probability of 1 in 1000; seeds are fixed.
 """
 
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 from helpers.marks import slow
+from helpers.passes import per_pass
 from helpers.scenes import GREY, sky
 from scipy import stats
 
@@ -21,22 +22,25 @@ BOX = pm.scenes.cornell_box()
 SIZE, BLOCK = 16, 8
 BUFFERS = ("radiance", "direct", "indirect", "shading", "reflectance")
 SIGNIFICANCE = 1e-3
-SEEDS, TRUTH = range(12), range(100, 112)
+SEED, TRUTH = 0, 100
+GROUPS = 24
 
 
-def block_means(scene, seeds, size=SIZE, **options):
-    """Return the means over blocks of 8×8 pixels and the image, (seeds, buffers, blocks + 1, 3)."""
-    rows = []
-    for seed in seeds:
-        result = pm.render(scene, bands="rgb", size=size, seed=seed, threads=1, **options)
-        rows.append([_blocks(result[name]) for name in BUFFERS])
-    return np.array(rows, np.float64)
+def block_means(scene, seed, passes, groups=GROUPS, **options):
+    """Return the means over blocks of 8×8 pixels and the image, (groups, buffers, blocks + 1, 3).
+
+    Each is of so many passes.
+    """
+    few = {"bands": "rgb", "size": SIZE, "photons": 4096, "threads": 1}
+    settings = {**few, "seed": seed, **options}
+    found = per_pass(lambda: pm.render(scene, passes=groups * passes, **settings), BUFFERS, _blocks)
+    return found.reshape(groups, passes, *found.shape[1:]).mean(axis=1)
 
 
 def _blocks(image):
-    height, width, bands = image.shape
-    parts = image.astype(np.float64).reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, bands)
-    blocks = parts.mean(axis=(1, 3)).reshape(-1, bands)
+    side = SIZE // BLOCK
+    parts = image.astype(np.float64).reshape(side, BLOCK, side, BLOCK, 3)
+    blocks = parts.mean(axis=(1, 3)).reshape(-1, 3)
     return np.vstack([blocks, blocks.mean(axis=0)])
 
 
@@ -85,7 +89,7 @@ SCENES = {
 def test_mean_is_exact_whatever_the_cache_holds(name, monkeypatch):
     """Of all indirect light, 2% too much would be found."""
     scene = SCENES[name]
-    truth = block_means(scene, TRUTH, method="path", passes=48)
+    truth = block_means(scene, TRUTH, 14, method="path")
     run_camera_pass = PhotonIntegrator.run_camera_pass
 
     def of_wrong_cache(self, index, maps):
@@ -94,8 +98,8 @@ def test_mean_is_exact_whatever_the_cache_holds(name, monkeypatch):
         return run_camera_pass(self, index, maps._replace(cache=cache))
 
     monkeypatch.setattr(PhotonIntegrator, "run_camera_pass", of_wrong_cache)
-    assert not differ(block_means(scene, SEEDS, unbiased=True, passes=4), truth)
-    assert differ(block_means(scene, SEEDS[:6], passes=1), truth)
+    assert not differ(block_means(scene, SEED, 2, unbiased=True), truth)
+    assert differ(block_means(scene, SEED, 1, groups=6), truth)
 
 
 @pytest.mark.parametrize(
@@ -104,14 +108,14 @@ def test_mean_is_exact_whatever_the_cache_holds(name, monkeypatch):
     ids=["center", "direct"],
 )
 def test_mean_is_exact_with_other_options(options):
-    truth = block_means(BOX, TRUTH, method="path", passes=32, **options)
-    assert not differ(block_means(BOX, SEEDS, unbiased=True, passes=2, **options), truth)
+    truth = block_means(BOX, TRUTH, 10, method="path", **options)
+    assert not differ(block_means(BOX, SEED, 1, unbiased=True, **options), truth)
 
 
 def test_surfaces_that_are_partly_transparent_are_left_unshared():
     scene = with_material(BOX, "box", alpha=0.5)
-    truth = block_means(scene, TRUTH, method="path", passes=16)
-    assert not differ(block_means(scene, SEEDS, unbiased=True, passes=2), truth)
+    truth = block_means(scene, TRUTH, 7, method="path")
+    assert not differ(block_means(scene, SEED, 1, unbiased=True), truth)
 
 
 def test_sharing_takes_noise_away():
@@ -166,13 +170,13 @@ def test_what_cannot_be_without_bias_is_refused():
 
 @pytest.mark.slow
 def test_mean_is_that_of_path_tracing_to_a_thousandth():
-    truth = block_means(BOX, TRUTH, method="path", passes=1200)
-    means = block_means(BOX, SEEDS, unbiased=True, passes=200)
+    truth = block_means(BOX, TRUTH, 600, method="path")
+    means = block_means(BOX, SEED, 100, unbiased=True)
     assert not differ(means, truth)
     for name in ("indirect", "shading"):
         row = BUFFERS.index(name)
         whole = np.stack([each[:, row, -1].mean(axis=1) for each in (truth, means)])
-        error = whole.std(axis=1, ddof=1) / len(SEEDS) ** 0.5
+        error = whole.std(axis=1, ddof=1) / GROUPS**0.5
         assert error.max() <= 1e-3 * whole.mean()
         assert abs(whole[1].mean() - whole[0].mean()) <= 3.0 * np.hypot(*error)
 
