@@ -156,7 +156,7 @@ def study_folder(tmp_path_factory):
     """A quick study of the Cornell box, by the real command."""
     folder = tmp_path_factory.mktemp("study") / "box"
     scene = str(Path(pm.scenes.FOLDER) / "cornell_box.obj")
-    quick = ["--quick", "--minutes", "0.01", "--size", "20x20", "--output", str(folder)]
+    quick = ["--quick", "--minutes", "0.003", "--size", "16x16", "--output", str(folder)]
     with (
         (folder.parent / "stdout").open("w") as out,
         (folder.parent / "stderr").open("w") as err,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing
-from functools import cache
+from functools import cache, lru_cache
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -179,7 +179,7 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
             raise InputError("this was not written by photonmap; give a FILE.exr that was", path)
         try:
             record = json.loads(head.get_string_attribute(_RECORD))
-            bands = Bands.from_description(json.loads(head.get_string_attribute(_BANDS)))
+            bands = _described_bands(head.get_string_attribute(_BANDS))
             parts = dict(
                 _read_part(file, index, bands)
                 for index, spec in enumerate(_specs(file))
@@ -189,6 +189,12 @@ def read_exr(path: str | PathLike[str], names: Collection[str] | None = None) ->
             raise InputError(f"this is damaged: {error}", path) from None
     buffers, errors, block_errors = sort_parts(parts)
     return Contents(buffers, errors, bands, record, block_errors)
+
+
+@lru_cache(maxsize=4)
+def _described_bands(text: str) -> Bands:
+    """Return the bands of a head; parts of files that are read one by one have the same."""
+    return Bands.from_description(json.loads(text))
 
 
 def _open(path: str | PathLike[str]) -> OpenImageIO.ImageInput:

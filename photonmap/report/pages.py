@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import base64
 import io
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.io.png import encode_png
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _QUALITY = 88  # of WebP, percent
@@ -27,11 +31,16 @@ def has_jinja() -> bool:
 
 def render_page(package: str, template: str, **values: Any) -> str:
     """Return a page as HTML: values in a template of a package, which has a folder of them."""
+    return _templates_of(package).get_template(template).render(values)
+
+
+@cache
+def _templates_of(package: str) -> Environment:
+    """Return the templates of a package, each compiled when it is first rendered."""
     from jinja2 import ChoiceLoader, Environment, PackageLoader
 
     loader = ChoiceLoader([PackageLoader(package), PackageLoader(__package__)])
-    templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return templates.get_template(template).render(values)
+    return Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
 
 
 def stylesheet() -> str:

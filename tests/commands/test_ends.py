@@ -76,7 +76,7 @@ def test_ctrl_c_ends_the_loop_of_a_shell(tmp_path):
 
 def test_ignored_signals_stay_ignored(tmp_path):
     """As under `nohup`."""
-    few = [*PHOTONMAP, str(SCENE), *QUICK[:2], "--seconds", "0.3"]
+    few = [*PHOTONMAP, str(SCENE), *QUICK[:2], "--seconds", "0.1"]
     process = start("sh", "-c", f"trap '' HUP; exec {shlex.join(few)}", cwd=tmp_path)
     assert any(line.startswith("rendering") for line in iter(process.stderr.readline, ""))
     process.send_signal(signal.SIGHUP)

@@ -18,7 +18,7 @@ from photonmap.dataset.jobs.render_image import Task, render_image
 from photonmap.dataset.jobs.verify import check_digests
 from photonmap.io import exr
 
-COMMON = CommonSettings((48, 36), "6", "0.2", inputs="0")
+COMMON = CommonSettings((48, 36), "6", "0.5", inputs="0")
 HALF = 2.0**-11
 """Largest relative error of rounding to half precision."""
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:luminance by these bands")
 def jug():
     """A striped jug under one sodium lamp, with its render."""
     scene = build_scene("jug", seed=0, illumination="colored")
-    return scene, pm.render(scene, bands=6, size=SIZE, passes=16, photons=4000, per_light=True)
+    return scene, pm.render(scene, bands=6, size=SIZE, passes=8, photons=2000, per_light=True)
 
 
 def degrees(colors, color):

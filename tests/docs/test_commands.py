@@ -43,26 +43,34 @@ def made_small(words):
     return [*words, *size, "--photons", "500"]
 
 
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """The folder of the files that commands name."""
+    folder = tmp_path_factory.mktemp("files")
+    (folder / "scenes").symlink_to(ROOT / "scenes")
+    for file in Path(pm.scenes.FOLDER).glob("cornell_box.*"):
+        shutil.copy(file, folder)
+        shutil.copy(file, folder / f"room{file.suffix}")
+    pm.save_scene(pm.scenes.cornell_box(), folder / "saved" / "room.glb")
+    shutil.copy(folder / "saved" / "room.glb", folder)
+    result = pm.render(pm.scenes.cornell_box(), size=(8, 6), passes=2, photons=500)
+    for name in ("box", "other"):
+        result.save(folder / f"{name}.exr")
+    trimesh.creation.box().export(folder / "scan.ply")
+    (folder / "scene.xml").write_text('<scene version="3.0.0"><shape type="cube"/></scene>')
+    (folder / "chips.csv").write_text("nm,a,b\n380,0.7,0.9\n730,0.9,0.6\n")
+    return folder
+
+
 @pytest.mark.filterwarnings("ignore::photonmap.SceneWarning")
 @pytest.mark.parametrize(
     "page",
     [page for page in PAGES if commands(page)],
     ids=lambda page: f"{page.parent.name}-{page.name}",
 )
-def test_commands(page, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_commands(page, files, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(shutil.copytree(files, tmp_path / "here", symlinks=True))
     monkeypatch.setenv("PHOTONMAP_MUNSELL", "")
-    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
-    for file in Path(pm.scenes.FOLDER).glob("cornell_box.*"):
-        shutil.copy(file, tmp_path)
-        shutil.copy(file, f"room{file.suffix}")
-    pm.save_scene(pm.scenes.cornell_box(), "saved/room.glb")
-    shutil.copy("saved/room.glb", tmp_path)
-    for name in ("box", "other"):
-        pm.render(pm.scenes.cornell_box(), size=(8, 6), passes=2, photons=500).save(f"{name}.exr")
-    trimesh.creation.box().export("scan.ply")
-    (tmp_path / "scene.xml").write_text('<scene version="3.0.0"><shape type="cube"/></scene>')
-    (tmp_path / "chips.csv").write_text("nm,a,b\n380,0.7,0.9\n730,0.9,0.6\n")
     for words in commands(page):
         if words[0] not in ELSEWHERE:
             assert main(made_small(words)) == 0, f"{words}: {capsys.readouterr().err}"

@@ -310,11 +310,12 @@ def test_methods_run_in_one_thread(known):
 
 
 @pytest.mark.parametrize("name", ["gehler", pytest.param("sirfs", marks=pytest.mark.slow)])
-def test_scores_do_not_depend_on_threads(known, name):
+def test_scores_do_not_depend_on_threads(tmp_path, name):
+    write_set(tmp_path, scenes=(0,), lights=("white",))
     scores = []
     for threads in (1, 2):
         with threadpool_limits(threads):
-            found = run(known[0], name, metrics=["lmse-color"], draws=0)
+            found = run(tmp_path, name, metrics=["lmse-color"], draws=0)
         scores.append([measured.scores for measured in found.methods[0].measured.values()])
     assert scores[0] == scores[1]
 

@@ -40,7 +40,7 @@ def test_mondrians_under_a_gradient(name, share, scene, settings):
 def test_shen_gives_one_material_one_reflectance():
     shading = mondrian()[1]
     image = COLORS[0] * shading[..., None]
-    found = run("shen", image, rounds=5000.0)
+    found = run("shen", image, rounds=3000.0)
     np.testing.assert_allclose(found.reflectance, found.reflectance[:1, :1] * ALL[..., None],
                                rtol=1e-3)  # fmt: skip
     few = run("shen", image, rounds=10.0)

@@ -8,11 +8,12 @@ from photonmap.dataset.models.materials import reflectance_of
 from photonmap.dataset.report.diversity import appearance_of
 from photonmap.dataset.scenes.build import build_unlit_scene, draw_illumination
 
+_built = cache(build_unlit_scene)
 
-@cache
+
 def unlit(name, seed=0, materials="lambertian"):
     """A scene with its emitters off."""
-    return build_unlit_scene(name, seed, materials)
+    return _built(name, seed, materials)
 
 
 def lit(name, seed=0, illumination="white"):

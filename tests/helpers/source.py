@@ -42,9 +42,8 @@ def modules() -> dict[str, Path]:
 
 def statements(node: ast.AST) -> Iterator[ast.AST]:
     """Yield the statements right below a node: expressions hold none."""
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
-            yield child
+    for block in ("body", "handlers", "orelse", "finalbody", "cases"):
+        yield from getattr(node, block, ())
 
 
 def every_statement(node: ast.AST) -> Iterator[ast.AST]:

@@ -282,12 +282,12 @@ def test_long_tables_are_cut(capsys, tmp_path):
 def test_thumbnail(capsys, tmp_path, monkeypatch):
     import OpenImageIO
 
-    quick = {"size": (160, 120), "passes": 2}
+    quick = {"size": (16, 12), "passes": 2}
     monkeypatch.setattr("photonmap.commands.info._THUMBNAIL", quick)
     assert main(["convert", f"{FOLDER}/furnace.obj", str(tmp_path / "a.glb"), "--quiet"]) == 0
     assert main(["info", str(tmp_path / "a.glb"), "--thumbnail"]) == 0
     pixels = OpenImageIO.ImageBuf(str(tmp_path / "a-thumbnail.png")).get_pixels()
-    assert pixels.shape == (120, 160, 3)
+    assert pixels.shape == (12, 16, 3)
     assert pixels.max() > 0.5
 
 

@@ -6,7 +6,7 @@ import pytest
 import photonmap as pm
 from photonmap.dataset.scenes.build import build_scene
 from photonmap.dataset.scenes.recolor import recolor, relight
-from photonmap.errors import InputError, SceneWarning
+from photonmap.errors import InputError
 from photonmap.spectra.observer import luminance, observer
 
 from helpers.scenes import quad  # isort: skip
@@ -37,6 +37,7 @@ def assert_same_picture(first, second):
     [("bathroom", "two_mixed", "mixed"), ("jug", "two_planckian", "lambertian")],
 )
 def test_data_set_scenes_return(tmp_path, name, illumination, materials):
+    """Without warnings, which are errors in tests."""
     scene = build_scene(name, 3, illumination, materials)
     again = saved(scene, tmp_path)
     assert_same_meshes(scene, again)
@@ -262,8 +263,3 @@ def test_glass_and_mirrors_stay():
     after = [mesh.material for mesh in recolor(pm.Scene(meshes), 0).meshes]
     assert after[:3] == kept
     assert (after[3].mirror, isinstance(after[3].reflectance, pm.Spectrum)) == (0.1, True)
-
-
-def test_no_warning_on_a_round_trip(tmp_path, recwarn):
-    saved(build_scene("tower", 0), tmp_path)
-    assert not [w for w in recwarn if issubclass(w.category, SceneWarning)]

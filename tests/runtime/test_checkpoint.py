@@ -66,18 +66,19 @@ def always(monkeypatch):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_render_goes_on_bit_for_bit(name, tmp_path):
-    """Over the pass in which the store's cells shrink first, too."""
+    """Some over the pass in which the store's cells shrink first, too."""
     scene, settings = SCENES[name]
     settings = {**settings, "size": (20, 16), "photons": 2000, "seed": 5}
     file = tmp_path / "state"
-    whole = pm.render(scene, passes=17, **settings)
-    for passes, earlier in ((1, 0), (13, 1), (17, 13)):
+    middle, last = (13, 17) if name in ("box", "mirror and glass") else (4, 6)
+    whole = pm.render(scene, passes=last, **settings)
+    for passes, earlier in ((1, 0), (middle, 1), (last, middle)):
         resume = passes > 1
         part = pm.render(scene, passes=passes, checkpoint=file, resume=resume, **settings)
         assert part.record["resumed"] == earlier
     assert_same(part, whole)
     assert part.record["seconds"]["checkpoint"] > 0.0
-    assert_same(pm.render(scene, passes=17, checkpoint=file, resume=True, **settings), whole)
+    assert_same(pm.render(scene, passes=last, checkpoint=file, resume=True, **settings), whole)
 
 
 def test_an_error_is_reached_after_the_same_passes(tmp_path):
@@ -139,7 +140,7 @@ def test_ctrl_c_saves_what_is_done(tmp_path):
             if passes == 3:
                 threading.Timer(0.005, os.kill, (os.getpid(), signal.SIGINT)).start()
 
-    settings = {"bands": 1, "size": (64, 64), "checkpoint": tmp_path / "state"}
+    settings = {"bands": 1, "size": (32, 32), "checkpoint": tmp_path / "state"}
     shown = Interrupter()
     part = pm.render(BOX, passes=10_000, progress=shown, **settings)
     assert part.record["interrupted"]
@@ -148,7 +149,7 @@ def test_ctrl_c_saves_what_is_done(tmp_path):
     passes = part.record["passes"] + 2
     again = pm.render(BOX, passes=passes, resume=True, **settings)
     assert again.record["resumed"] == part.record["passes"]
-    assert_same(again, pm.render(BOX, bands=1, size=(64, 64), passes=passes))
+    assert_same(again, pm.render(BOX, bands=1, size=(32, 32), passes=passes))
 
 
 def changed(name, **attributes):

@@ -168,7 +168,7 @@ def points_of(study, sweep):
 
 
 def test_all_of_a_study_in_a_few_pixels(tiny):
-    extent = Extent(0.5, ("rgb", "3", "81"), (1, 2), (1, 2), (1,), repeats=2, forced=False)
+    extent = Extent(0.05, ("rgb", "3", "81"), (1, 2), (1, 2), (1,), repeats=2, forced=False)
     run_sweeps(tiny, extent)
     assert len(points_of(tiny, "photons")) == len(points_of(tiny, "resolution")) == 2
     assert [p.settings.bands for p in points_of(tiny, "bands")] == ["81", "rgb", "3", "6"]
