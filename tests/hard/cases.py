@@ -1,7 +1,6 @@
 """What every hard case shares: small renders, what must hold of each, and comparisons of means."""
 
 import numpy as np
-from helpers.passes import per_pass
 from scipy import stats
 
 import photonmap as pm
@@ -77,6 +76,8 @@ def means(scene, buffer="radiance", count=12, passes=1, **settings):
 
 def means_of(scene, count=12, passes=1, **settings):
     """Return the means of all light's buffers, by name, as `means`."""
+    from helpers.passes import per_pass  # `checked.py` runs without the path to it
+
     found = per_pass(
         lambda: rendered(scene, passes=count * passes, **settings),
         LIGHT,
