@@ -9,7 +9,7 @@ from photonmap.dataset.scenes.build import build_scene
 from photonmap.dataset.scenes.illumination import Illumination
 from photonmap.results.relighting import _covariances, share_errors, shares_of
 
-SEEDS, PASSES = 6, 16
+SEEDS, PASSES = 6, 8
 LIGHTS = ("planck:2700", "daylight:7000", "LED-B3")
 
 
