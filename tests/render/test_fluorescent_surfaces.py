@@ -81,7 +81,7 @@ def test_closed_furnace_is_the_geometric_series_of_the_matrix(glowing, method):
     """Walls that emit ε, reflect ρ and re-emit F have the radiance (1 − ρ − F)⁻¹ ε all over."""
     albedo, light = ramp(0.6, 0.2), ramp(2.0, 0.1)
     scene = view_of(glowing(0.6 * FIVE, reflectance=albedo, emission=light))
-    result = render(scene, size=16, passes=64, photons=8192, **METHODS[method])
+    result = render(scene, passes=64, photons=8192, **METHODS[method])
     whole = np.diag(BANDS.reflectance(albedo)) + 0.6 * FIVE
     truth = np.linalg.solve(np.eye(5) - whole, BANDS.emission(light))
     assert result.radiance.mean((0, 1)) == pytest.approx(truth, rel=3e-3)
