@@ -290,8 +290,10 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
         dark = sky._replace(basis=np.zeros_like(sky.basis))
         lights = lights._replace(environment=dark, spectra=spectra)
     textures = compiled.textures
+    fluorescence = compiled.fluorescence if plan.on("fluorescence") else None
     if not plan.on("textures"):
         textures, lights = None, lights._replace(emission_textures=None)
+        fluorescence = fluorescence and fluorescence._replace(maps=None)
     return replace(
         compiled,
         geometry=geometry._replace(
@@ -302,17 +304,8 @@ def leave_out(compiled: CompiledScene, plan: EffectPlan) -> CompiledScene:
         specular=_leave_out_specular(compiled, plan),
         textures=textures,
         scattering=_leave_out_scattering(compiled.scattering, plan),
-        fluorescence=_leave_out_fluorescence(compiled.fluorescence, plan),
+        fluorescence=fluorescence,
     )
-
-
-def _leave_out_fluorescence(
-    fluorescence: records.Fluorescence | None, plan: EffectPlan
-) -> records.Fluorescence | None:
-    """Return what surfaces re-emit, None where none is simulated to."""
-    if fluorescence is None or not plan.on("fluorescence"):
-        return None
-    return fluorescence if plan.on("textures") else fluorescence._replace(maps=None)
 
 
 def _leave_out_holes(alpha: records.Alpha | None, plan: EffectPlan) -> records.Alpha | None:

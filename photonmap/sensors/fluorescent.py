@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from photonmap.sensors.interreflection import DARK, ErrorRow, Floats, check_sensitivities
+from photonmap.sensors.interreflection import DARK, ErrorRow, check_sensitivities
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Spectrum, SpectrumSet, resample
 from photonmap.spectra.fluorescence import Fluorescence, Fluorophore, quanta_out, reradiation
@@ -43,10 +43,10 @@ def fluorescent_errors(
     grid = np.arange(min(280.0, seen[0]), max(800.0, seen[-1]) + 0.5)
     averages = np.zeros((bands.count, len(grid)))
     averages[:, np.searchsorted(grid, seen)] = weights
-    names = reflectances.names[:: -(-len(reflectances) // _CHIPS)]
-    chips = resample(grid, reflectances.wavelengths, reflectances.values)
+    some = slice(None, None, -(-len(reflectances) // _CHIPS))
+    names = reflectances.names[some]
     taken = dye.excitation(grid) if isinstance(dye, Fluorescence) else quanta_out(dye, grid)
-    chips = chips[:: -(-len(reflectances) // _CHIPS)] * (1.0 - taken)
+    chips = resample(grid, reflectances.wavelengths, reflectances.values[some]) * (1.0 - taken)
     phi, matrix, banded = dye.matrix(grid, grid), reradiation(dye, bands), chips @ averages.T
     light = illuminant(grid)
     exact, found = light[None], (averages @ light)[None]
@@ -58,15 +58,8 @@ def fluorescent_errors(
         size = np.linalg.norm(truth, axis=1)
         errors = np.linalg.norm(found - truth, axis=1) / size
         bright = size >= (dark * white if bounce > 1 else 0.0)
-        rows.append(_row(errors, bright, (label, bands.count, bounce), names))
+        worst = int(np.where(bright, errors, -1.0).argmax())
+        pair = tuple(names[at] for at in np.unravel_index(worst, (len(names),) * bounce))
+        shares = float(errors[bright].mean()), float(errors[worst]), pair, float(bright.mean())
+        rows.append(ErrorRow(label or str(bands.count), bands.count, bounce, *shares))
     return rows
-
-
-def _row(
-    errors: Floats, bright: Floats, described: tuple[str | None, int, int], names: tuple[str, ...]
-) -> ErrorRow:
-    label, count, bounce = described
-    worst = int(np.where(bright, errors, -1.0).argmax())
-    pair = tuple(names[index] for index in np.unravel_index(worst, (len(names),) * bounce))
-    mean, most, kept = errors[bright].mean(), errors[worst], bright.mean()
-    return ErrorRow(label or str(count), count, bounce, float(mean), float(most), pair, float(kept))

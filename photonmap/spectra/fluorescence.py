@@ -35,7 +35,7 @@ from photonmap.spectra.curves import (
 )
 from photonmap.spectra.observer import emission_spectrum, observer
 from photonmap.spectra.projection import hat_averages, smoothest_spectra
-from photonmap.spectra.tables import read_bytes, read_table
+from photonmap.spectra.tables import read_arrays, read_table
 
 RANGE: Floats = np.arange(200.0, 1001.0)
 """Wavelengths at which energy is checked, nm."""
@@ -219,7 +219,9 @@ class DonaldsonMatrix:
         path = Path(path)
         with naming_file(path):
             if path.suffix.lower() == ".npz":
-                excitation, emission, values = _read_npz(path)
+                names = ("excitation", "emission", "matrix")
+                arrays = read_arrays(path, lambda _: read_npz(path, lambda _: names), _AXES)
+                excitation, emission, values = (arrays[name] for name in names)
                 return cls(excitation, emission, values, anti_stokes)
             table = read_table(path, 0.0, kind="re-emission")
             try:
@@ -397,14 +399,3 @@ def _bases(bands: Bands) -> tuple[Floats, Floats, Floats]:
         return grid, observer().matching, spectra
     low, high = bands.limits
     return grid, hat_averages(bands)[1], spectra * ((grid >= low) & (grid <= high))
-
-
-def _read_npz(path: Path) -> list[Floats]:
-    names = ("excitation", "emission", "matrix")
-    read_bytes(path)
-    try:
-        return list(read_npz(path, lambda shapes: names).values())
-    except InputError:
-        raise
-    except Exception as error:  # what a damaged file raises is not documented
-        raise InputError(f"cannot be read ({error}); save arrays {_AXES}") from None

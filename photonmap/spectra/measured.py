@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from io import BytesIO
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from photonmap.errors import InputError, naming, naming_file
 from photonmap.runtime.bounds import read_npz
 from photonmap.runtime.wording import listed, shown
 from photonmap.spectra.curves import LARGEST_REFLECTANCE, Floats, SpectrumSet, check_reflectance
-from photonmap.spectra.tables import read_bytes, read_numbers, read_table
+from photonmap.spectra.tables import read_arrays, read_numbers, read_table
 
 _MUNSELL_GRIDS = ((380, 800, 1), (400, 700, 5), (400, 700, 10), (380, 780, 1))
 _GRID_NAME = re.compile(r"(\d{3,4})_(\d{3,4})_([1-9]\d?)(?!\d)")
@@ -112,7 +111,7 @@ def _tidy(label: str) -> str:
 
 def _read_munsell_npz(path: Path) -> Samples:
     """Read the arrays `R`, `wavelength` and `label`."""
-    data = _load(path, lambda data: read_npz(path))
+    data = read_arrays(path, lambda data: read_npz(path))
     wavelengths, values = _pick(path, data, 1, "wavelength"), _pick(path, data, 2, "R")
     _check_width(path, "R", values, wavelengths)
     return wavelengths, values, data.get("label", _count(values))
@@ -122,7 +121,7 @@ def _read_munsell_mat(path: Path) -> Samples:
     """Read `munsell`, or `X` in the glossy set, and the labels `S`."""
     from scipy.io import loadmat
 
-    data = _load(path, loadmat)
+    data = read_arrays(path, loadmat)
     wavelengths, values = _arrange(path, _pick(path, data, 2, "munsell", "X"))
     return wavelengths, values, data.get("S", _count(values))
 
@@ -199,7 +198,7 @@ def _read_text(path: Path) -> tuple[Floats, list[str], NDArray[np.int64]]:
 
 def _read_groups(path: Path) -> tuple[Floats, Floats, list[str]]:
     """Read all arrays (n, K) of an .npz beside `wavelength` (K,)."""
-    data = _load(path, lambda data: read_npz(path))
+    data = read_arrays(path, lambda data: read_npz(path))
     wavelengths = _pick(path, data, 1, "wavelength")
     groups = {
         name: array.astype(np.float64)
@@ -231,18 +230,6 @@ def _read_folder(folder: Path) -> SpectrumSet:
     ]
     values = np.concatenate([curves.values for curves in sets])
     return SpectrumSet(_ILLUMINANT_GRID, values, tuple(names))
-
-
-def _load(path: Path, load: Callable[[BytesIO], Any]) -> dict[str, Any]:
-    """Read the arrays of a file, by name."""
-    data = read_bytes(path)
-    try:
-        return dict(load(BytesIO(data)))
-    except InputError:
-        raise
-    except Exception as error:  # what a damaged file raises is not documented
-        message = f"cannot be read as {path.suffix} ({error}); save it again"
-        raise InputError(message, path) from None
 
 
 def _pick(path: Path, data: dict[str, Any], dimensions: int, *names: str) -> Floats:

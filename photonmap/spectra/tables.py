@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Callable
+from io import BytesIO
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +74,18 @@ def read_bytes(path: Path) -> bytes:
     if not data:
         raise InputError("is empty; save the file again", path)
     return data
+
+
+def read_arrays(path: Path, load: Callable[[BytesIO], Any], save: str = "it again") -> Any:
+    """Read the arrays of a file, by name; raise `InputError` where it is damaged."""
+    data = read_bytes(path)
+    try:
+        return dict(load(BytesIO(data)))
+    except InputError:
+        raise
+    except Exception as error:  # what a damaged file raises is not documented
+        message = f"cannot be read as {path.suffix} ({error}); save {save}"
+        raise InputError(message, path) from None
 
 
 def read_lines(path: Path) -> list[str]:
