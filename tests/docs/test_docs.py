@@ -260,6 +260,7 @@ def test_snippet_of_the_guide(tmp_path, monkeypatch):
     assert (tmp_path / "evening.exr").exists()
 
 
+@pytest.mark.filterwarnings("ignore:luminance by these bands")
 def test_snippets_of_data_sets(tmp_path, monkeypatch):
     """As written, but small."""
     (tmp_path / "OUT").mkdir()

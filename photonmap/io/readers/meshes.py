@@ -8,7 +8,9 @@ u and v are those of Mitsuba, but v counts upwards.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import mapbox_earcut
@@ -172,22 +174,29 @@ def cut_polygons(
     return Part(vertices, corners[triangles], normals, uv, colors)
 
 
-def is_clipped(
-    vertices: Floats, matrix: Floats, planes: tuple[float, float], radius: float, slope: float
+def are_clipped(
+    parts: Iterable[Floats],
+    matrix: Floats,
+    planes: tuple[float, float],
+    radius: float,
+    slope: float,
 ) -> bool:
     """Return whether vertices in view lie before or behind the clipping planes of a camera.
 
+    parts : vertices of meshes, (V, 3)
     matrix : (4, 4) of the camera, which looks along -z
     planes : depths of both
     radius, slope : of the cylinder or the cone around its view, at depth 0 and for each depth
     """
     to_camera, (near, far) = np.linalg.inv(matrix), planes
-    depth = -(vertices @ to_camera[2, :3] + to_camera[2, 3])
-    cut = (depth > 0.0) & ((depth < near) | (depth > far))
-    if not cut.any():
-        return False
-    across = vertices[cut] @ to_camera[:2, :3].T + to_camera[:2, 3]
-    return bool((np.linalg.norm(across, axis=1) <= radius + slope * depth[cut]).any())
+    for vertices in parts:
+        depth = -(vertices @ to_camera[2, :3] + to_camera[2, 3])
+        cut = (depth > 0.0) & ((depth < near) | (depth > far))
+        if cut.any():
+            across = vertices[cut] @ to_camera[:2, :3].T + to_camera[:2, 3]
+            if (np.linalg.norm(across, axis=1) <= radius + slope * depth[cut]).any():
+                return True
+    return False
 
 
 def move(part: Part, matrix: Floats) -> Part:
@@ -339,12 +348,22 @@ def _square(center: Floats, along: Floats, across: Floats) -> Part:
 
 def sphere(center: Floats, radius: float) -> Part:
     """Return a sphere; u runs about z, from +x towards +y, and v from +z to -z."""
+    unit = _unit_sphere()
+    faces = unit.faces if radius else unit.faces[:0]
+    return replace(unit, vertices=center + radius * unit.vertices, faces=faces)
+
+
+@cache
+def _unit_sphere() -> Part:
     around, down, faces = _lattice(SPHERE_EDGES, SPHERE_EDGES // 2)
     azimuth, polar = 2.0 * np.pi * around, np.pi * down
     across = np.sin(polar)
     normals = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), np.cos(polar)], axis=1)
     uv = np.stack([around, 1.0 - down], axis=1)
-    return _solid(Part(center + radius * normals, faces, normals, uv))
+    part = _solid(Part(normals, faces, normals, uv))
+    for shared in (part.faces, normals, uv):
+        shared.setflags(write=False)
+    return part
 
 
 def disk() -> Part:

@@ -390,7 +390,7 @@ def _note_clipped(node: NodeItem, shown: list[Mesh]) -> None:
     reach = math.hypot(given.get("xmag", 0.0), given.get("ymag", 0.0)), 0.0
     if kind == "perspective":
         reach = 0.0, math.tan(0.5 * given["yfov"]) * math.hypot(1.0, given.get("aspectRatio", 1.0))
-    if any(meshes.is_clipped(mesh.vertices, node.matrix, planes, *reach) for mesh in shown):
+    if meshes.are_clipped((mesh.vertices for mesh in shown), node.matrix, planes, *reach):
         node.lose("what znear and zfar cut off")
 
 

@@ -201,7 +201,8 @@ def read_sensor(node: Node, shapes: list[Mesh]) -> Camera:
         look["lens"] = Lens(focus, radius)
     planes = node.number("near_clip", 0.0), node.number("far_clip", 1e4)
     view = matrix @ np.diag([1.0, 1.0, -1.0, 1.0])
-    if any(meshes.is_clipped(mesh.vertices, view, planes, *_reach(look, size)) for mesh in shapes):
+    vertices = (mesh.vertices for mesh in shapes)
+    if meshes.are_clipped(vertices, view, planes, *_reach(look, size)):
         node.lose("what near_clip and far_clip cut off")
     node.read.update(("", *_IGNORED))
     node.lose_unread()

@@ -111,7 +111,7 @@ def note_clipped(stage: Stage, prim: Any, vertices: Iterable[Floats]) -> None:
     is_flat = value(camera.GetProjectionAttr()) == UsdGeom.Tokens.orthographic
     slope = radius / max(value(camera.GetFocalLengthAttr(), 50.0), 1e-9)
     reach = (TENTH * radius, 0.0) if is_flat else (0.0, slope)
-    if any(meshes.is_clipped(rows, matrix, (near, far), *reach) for rows in vertices):
+    if meshes.are_clipped(vertices, matrix, (near, far), *reach):
         stage.lose("the clipping range of cameras", prim)
 
 
@@ -222,14 +222,12 @@ def _shape(lamp: _Lamp) -> Mesh | Light | None:
     }
     radius = size["radius"]
     if kind == "SphereLight":
-        ball = meshes.sphere(np.zeros(3), radius or 1.0)
-        part = meshes.move(ball, matrix)
         if _is_point(stage, prim):
             if radius == 0.0 and not lamp.is_whole:
                 stage.lose("light of points without normalize, which is none,", prim)
-            larger = _area(part) / _area(ball)
-            factor = 0.25 if lamp.is_whole else math.pi * radius**2 * larger
+            factor = 0.25 if lamp.is_whole else math.pi * radius**2 * _larger(matrix)
             return _point(lamp, amount * factor)
+        part = meshes.move(meshes.sphere(np.zeros(3), radius), matrix)
     elif kind == "DiskLight":
         part = meshes.move(meshes.disk(), matrix @ _FLIP @ np.diag([radius, radius, 1.0, 1.0]))
     elif kind == "CylinderLight":
@@ -259,6 +257,20 @@ def _is_point(stage: Stage, prim: Any) -> bool:
     )
 
 
+def _larger(matrix: Floats) -> float:
+    """Return by which factor a matrix enlarges the area of a sphere."""
+    if _is_even(matrix):
+        return float((matrix[:3, 0] ** 2).sum())
+    ball = meshes.sphere(np.zeros(3), 1.0)
+    return _area(meshes.move(ball, matrix)) / _area(ball)
+
+
+def _is_even(matrix: Floats) -> bool:
+    """Return whether a matrix scales alike in all directions."""
+    gram = matrix[:3, :3].T @ matrix[:3, :3]
+    return bool(np.allclose(gram, gram[0, 0] * np.eye(3), atol=1e-5 * gram[0, 0]))
+
+
 def _area(part: meshes.Part) -> float:
     a, b, c = (part.vertices[part.faces[:, corner]] for corner in range(3))
     return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
@@ -270,8 +282,7 @@ def _point(lamp: _Lamp, intensity: Floats) -> Light | None:
     place, table = matrix[:3, 3], _table(lamp)
     if table is None and outer >= _EVERYWHERE:
         return PointLight(plain(place), plain(intensity), name=lamp.name)
-    gram = matrix[:3, :3].T @ matrix[:3, :3]
-    if not np.allclose(gram, gram[0, 0] * np.eye(3), atol=1e-5 * gram[0, 0]):
+    if not _is_even(matrix):
         stage.lose("uneven scale or shear of cones and IES files", prim)
     if table is not None:
         return _photometric(lamp, intensity, table)

@@ -86,8 +86,8 @@ class Look:
     def reach(self, uv: Floats | None) -> None:
         """Take the texture coordinates of a mesh."""
         if uv is not None and len(uv):
-            self.low = np.minimum(self.low, uv.min(axis=0))
-            self.high = np.maximum(self.high, uv.max(axis=0))
+            self.low = np.minimum(self.low, [column.min() for column in uv.T])
+            self.high = np.maximum(self.high, [column.max() for column in uv.T])
 
     @cached_property
     def _surface(self) -> _Surface | None:

@@ -252,10 +252,11 @@ def _read_part(stage: Stage, mesh: Any, look: Look, kept: NDArray[np.bool_]) -> 
             stage.lose("normals of a wrong number", prim)
     uv = _coordinates(stage, prim, look, places)
     colors = _spread(stage, prim, look.colors, 3, places) if look.colors else None
-    used = kept[faces]
+    used: Any = slice(None) if kept.all() else kept[faces]
     rows = [None if each is None else each[used] for each in (normals, uv, colors)]
-    order = np.arange(np.count_nonzero(used))
-    return meshes.cut_polygons(points[corners][used], order, sizes[kept], stage.losses, *rows)
+    vertices = points[corners[used]]
+    order = np.arange(len(vertices))
+    return meshes.cut_polygons(vertices, order, sizes[kept], stage.losses, *rows)
 
 
 def _coordinates(stage: Stage, prim: Any, look: Look, places: dict[str, Ints]) -> Floats | None:
