@@ -45,13 +45,11 @@ def warn_of_ultraviolet(scene: Scene, bands: Bands) -> None:
         else:
             reached.append(material)
         strongest += quanta
-    _warn_of_lines(scene, materials, reached, bands)
+    lights: list[tuple[str, Paint]] = [(f"light {x.name or x.kind}", x.color) for x in scene.lights]
+    lights += [(f"emission of {x.name}", x.emission) for x in materials if not is_black(x.emission)]
+    _warn_of_lines(lights, reached, bands)
     needed = RANGE[seen & (strongest > _WEAK * strongest.max())]
-    colors: list[tuple[str, Paint]] = [
-        (f"light {light.name or light.kind}", light.color) for light in scene.lights
-    ]
-    for name in ("emission", "reflectance"):
-        colors += [(f"{name} of {each.name}", getattr(each, name)) for each in materials]
+    colors = lights + [(f"reflectance of {each.name}", each.reflectance) for each in materials]
     unknown = [owner for owner, color in colors if needed.size and not _reaches(color, needed)]
     if unknown:
         warn(
@@ -60,19 +58,14 @@ def warn_of_ultraviolet(scene: Scene, bands: Bands) -> None:
         )
 
 
-def _warn_of_lines(
-    scene: Scene, materials: list[Material], glowing: list[Material], bands: Bands
-) -> None:
+def _warn_of_lines(lights: list[tuple[str, Paint]], glowing: list[Material], bands: Bands) -> None:
     """Warn where bands are too wide to tell how strongly a light excites a material."""
-    lights = {light.color: f"light {light.name or light.kind}" for light in scene.lights}
-    for each in materials:
-        if not is_black(each.emission):
-            lights.setdefault(mean_color(each.emission), f"emission of {each.name}")
+    owners = {mean_color(color): owner for owner, color in reversed(lights)}
     wrong = []
-    power = [float(np.linalg.norm(bands.emission(color))) for color in lights]
-    for material in {each.fluorescence: each for each in glowing}.values() if lights else ():
-        errors = reradiation_errors(material.fluorescence, bands, list(lights))
-        for owner, whole, (missed, exact) in zip(lights.values(), power, errors, strict=True):
+    power = [float(np.linalg.norm(bands.emission(color))) for color in owners]
+    for material in {each.fluorescence: each for each in glowing}.values() if owners else ():
+        errors = reradiation_errors(material.fluorescence, bands, list(owners))
+        for owner, whole, (missed, exact) in zip(owners.values(), power, errors, strict=True):
             if missed > max(_WRONG * exact, _WEAK * whole):
                 wrong.append((missed / max(exact, 1e-300), owner, material.name))
     if wrong:
