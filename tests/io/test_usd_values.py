@@ -199,6 +199,24 @@ def test_the_coordinates_that_a_reader_names(load, tmp_path):
         looked_up(load, tmp_path, "", "st9", name="c.usda")
 
 
+def test_udim_tiles(load, tmp_path):
+    """1001 at u and v of 0 to 1, 1002 to its right, 1011 above; at (1, 1) there is none."""
+    for number, value in ((1001, 51), (1002, 102), (1011, 255)):
+        write_png(np.full((4, 2, 3), value, np.uint8), tmp_path / f"wood.{number}.png")
+    raw = 'token inputs:sourceColorSpace = "raw"'
+    far = COORDINATES.replace("(0, 1)]", "(3, 3)]")
+    text = painted(CONNECTED, image(raw, "wood.<UDIM>.png")).split("def Mesh")[0] + triangle(far)
+    texture = load(text).meshes[0].material.reflectance
+    places = [(0.5, 0.5), (1.5, 0.5), (0.5, 1.5), (1.5, 1.5), (2.5, 0.5)]
+    values = [value_at(texture, u, v) for u, v in places]
+    assert values == pytest.approx([0.2, 0.4, 1.0, 0.0, 0.0], abs=1e-6)
+    write_png(np.zeros((2, 2, 3), np.uint8), tmp_path / "wood.1003.png")
+    with pytest.raises(pm.InputError, match="has tiles of different sizes or types; make them"):
+        load(text, name="b.usda")
+    with pytest.raises(pm.InputError, match=r"'oak\.<UDIM>\.png' has no tiles; correct its name"):
+        load(text.replace("wood.<", "oak.<"), name="c.usda")
+
+
 def test_coordinates_are_scaled_rotated_and_moved(load, tmp_path):
     place = """
         def Shader "place" {

@@ -234,7 +234,7 @@ class _Surface:
             return None
         (node, output), stage = found, self.look.stage
         try:
-            channels, head = stage.image(stage.input(node, "file"))
+            channels, head, tiles = stage.tiles(stage.input(node, "file"))
             self._note_space(node, name)
             space = str(stage.input(node, "sourceColorSpace", "auto"))
             is_srgb = space == "sRGB" or (space != "raw" and is_srgb_by_itself(channels, head))
@@ -249,8 +249,8 @@ class _Surface:
                 raise extended(error, OR_WITHOUT) from None
             self.lose("unreadable textures, with grey in their place,")
             return None
-        modes = self._modes(node, head)
-        return self._placed(Texture(image), self._lie(node), modes), node, output
+        modes = self._modes(node, head) if tiles == (1, 1) else ("black", "black")
+        return self._placed(Texture(image), self._lie(node), modes, tiles), node, output
 
     def _note_space(self, node: Any, name: str) -> None:
         """Note primaries of a colour texture that the stage states, not `sourceColorSpace`."""
@@ -272,14 +272,19 @@ class _Surface:
             self.lose("wrap modes that a texture's file states")
         return tuple("black" if mode == _UNSAID else str(mode) for mode in modes)
 
-    def _placed(self, texture: Texture, lie: Lie, modes: tuple[str, ...]) -> Texture:
-        """Return a texture as it lies on its meshes, and as it goes on beyond the unit square."""
+    def _placed(
+        self, texture: Texture, lie: Lie, modes: tuple[str, ...], tiles: tuple[int, int]
+    ) -> Texture:
+        """Return a texture as it lies on its meshes, and as it goes on beyond its tiles."""
         first = self.look.lie or lie
         is_turned = bool(first.rotation or lie.rotation)
         if lie.primvar != first.primvar or (lie != first and is_turned):
             self.lose("texture coordinates of a further texture")
         if not first.rotation:
             texture = replace(texture, scale=lie.scale, offset=lie.offset)
+        if tiles != (1, 1):
+            scale, offset = (np.array(each) / tiles for each in (texture.scale, texture.offset))
+            texture = replace(texture, scale=tuple(scale.tolist()), offset=tuple(offset.tolist()))
         ends = np.sort(np.array([self.look.low, self.look.high]) * texture.scale, axis=0)
         return wrapped(texture, modes, *(ends + texture.offset))
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import glob
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,8 @@ MOST_LAYERS = 1000  # Files that a stage may be composed of
 _DAMAGED = "is not a USD stage, or is damaged{}; export it again"
 _PARSING = re.compile(r":(\d+):\d+: parse error .* at ('.*')")  # What USD says of a text file
 _TEMPLATE = "templateAssetPath"  # The one name of files that is text in USD's metadata
+_UDIM, _FIRST = "<UDIM>", 1001  # What stands for the number of a tile, and that at u = v = 0
+_MOST_TEXELS = 1 << 30  # Values of all tiles together, with those between them
 _HEADER = 4096  # Bytes of an image file, among which its encoding is stated
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """From z up to y up."""
@@ -128,8 +131,8 @@ class Stage:
     def image(self, asset: Any) -> tuple[Channels, bytes]:
         """Return the image of an asset, which may lie in a package, and how its file begins."""
         name = getattr(asset, "resolvedPath", "") or getattr(asset, "path", "")
-        if "<UDIM>" in name:
-            message = f"{shown(Path(name).name)} is a set of UDIM tiles, which are not read"
+        if _UDIM in name:
+            message = f"{shown(Path(name).name)} is a set of UDIM tiles, which are not read here"
             raise InputError(f"{message}; bake them into one image")
         if not Ar.IsPackageRelativePath(name):
             file = named_image(self.path.parent, name)
@@ -139,6 +142,36 @@ class Stage:
         inside, data = self._packed(asset, name)
         channels = decoding.read_embedded(data, f"image{inside.suffix}")
         return channels, bytes(data[:_HEADER])
+
+    def tiles(self, asset: Any) -> tuple[Channels, bytes, tuple[int, int]]:
+        """Return the image of an asset, how its file begins, and its tiles along u and v.
+
+        UDIM tiles become one image, black where there is none; of those in packages see `image`.
+        """
+        name = getattr(asset, "resolvedPath", "") or getattr(asset, "path", "")
+        if _UDIM not in name or Ar.IsPackageRelativePath(name):
+            return *self.image(asset), (1, 1)
+        pattern = named_file(self.path.parent, name)
+        before, after = pattern.name.split(_UDIM, 1)
+        wanted = f"{glob.escape(before)}1[0-9][0-9][0-9]{glob.escape(after)}"
+        files = [named_file(each.parent, each.name) for each in pattern.parent.glob(wanted)]
+        if not files:
+            raise InputError(f"{shown(pattern.name)} has no tiles; correct its name")
+        read = {int(file.name[len(before) :][:4]) - _FIRST: read_channels(file) for file in files}
+        first = read[min(read)]
+        columns, rows = (1 + max(n % 10 for n in read)), (1 + max(n // 10 for n in read))
+        height, width, count = first.pixels.shape
+        if min(read) < 0 or columns * rows * first.pixels.size > _MOST_TEXELS:
+            raise InputError(f"{shown(pattern.name)} has tiles too far apart; bake them into one")
+        whole = np.zeros((rows, height, columns, width, count), first.pixels.dtype)
+        for number, tile in read.items():
+            if tile.pixels.shape != first.pixels.shape or tile.pixels.dtype != whole.dtype:
+                message = f"{shown(pattern.name)} has tiles of different sizes or types"
+                raise InputError(f"{message}; make them alike")
+            whole[rows - 1 - number // 10, :, number % 10] = tile.pixels
+        pixels = whole.reshape(rows * height, columns * width, count)
+        with first.path.open("rb") as opened:
+            return replace(first, pixels=pixels), opened.read(_HEADER), (columns, rows)
 
     def photometry(self, asset: Any) -> Table:
         """Return the table of an IES file, which may lie in a package."""
