@@ -78,6 +78,8 @@ def test_subsets_have_materials_of_their_own(load):
     plain, red = load(text).meshes
     assert (plain.material.name, red.material.name) == ("default", "paint")
     assert red.vertices[red.faces[0]].tolist() == [[0, 0, 0], [1, 1, 0], [0, 1, 0]]
+    with pytest.warns(pm.SceneWarning, match="materials of parts other than faces of 'half'"):
+        (plain,) = load(text.replace('"face"', '"point"'), name="b.usda").meshes
 
 
 def test_preview_surfaces(load):

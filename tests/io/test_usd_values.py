@@ -494,6 +494,7 @@ def test_files_that_change_are_read_again(load):
         ("bool inputs:shadow:enable = 0", "shadow:enable of lights"),
         ("float inputs:shaping:focus = 2", "shaping:focus of lights"),
         ("asset inputs:shaping:ies:file = @a.ies@", "shaping:ies:file of lights"),
+        ("bool treatAsLine = 1", "treatAsLine of lights"),
         ("float inputs:intensity.timeSamples = {1: 1, 2: 3}", "animation of 'lamp'"),
         ("float inputs:specular = 0.5", "multipliers of lights that differ"),
     ],

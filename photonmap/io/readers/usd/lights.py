@@ -158,6 +158,11 @@ def _note_light(stage: Stage, prim: Any, light: Any) -> None:
         found = stage.value(prim.GetAttribute(f"inputs:{name}"), usual)
         if getattr(found, "path", found) != usual and not (name == "shaping:focus" and found < 0.0):
             stage.lose(f"{name} of lights", prim)
+    cone = prim.GetAttribute("inputs:shaping:cone:angle")
+    if prim.GetTypeName() not in _SIZED and cone and cone.HasAuthoredValue():
+        stage.lose("cones of suns and skies", prim)
+    if stage.value(prim.GetAttribute("treatAsLine"), False):
+        stage.lose("treatAsLine of lights", prim)
     diffuse, specular = light.GetDiffuseAttr(), light.GetSpecularAttr()
     if stage.value(diffuse, 1.0) != stage.value(specular, 1.0):
         stage.lose("diffuse and specular multipliers of lights that differ", prim)

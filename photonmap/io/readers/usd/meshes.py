@@ -132,6 +132,9 @@ class Geometry:
             stage.lose("skinning", prim)
         owners, looks = np.zeros(count, np.int64), [look]
         for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+            if stage.value(subset.GetElementTypeAttr(), "face") != "face":
+                stage.lose("materials of parts other than faces", subset.GetPrim())
+                continue
             faces = np.array(stage.value(subset.GetIndicesAttr(), ()), np.int64)
             meshes.check_indices(faces, count)
             owners[faces] = len(looks)
