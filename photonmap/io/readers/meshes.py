@@ -49,8 +49,9 @@ def triangulate(points: Floats, polygons: NDArray[np.int32], sizes: Ints) -> tup
         return 3 * owners[:, None] + np.arange(3), owners
     begins = np.cumsum(sizes) - sizes
     order = np.argsort(sizes, kind="stable")
+    ends = np.flatnonzero(np.diff(sizes[order])) + 1
     parts = []
-    for group in np.split(order, np.flatnonzero(np.diff(sizes[order])) + 1):
+    for group in np.split(order, ends) if len(ends) else [order]:
         step = _CHUNK // int(sizes[group[0]])
         for chunk in (group[i : i + step] for i in range(0, len(group), step)):
             corners = begins[chunk, None] + np.arange(sizes[chunk[0]])
@@ -58,6 +59,8 @@ def triangulate(points: Floats, polygons: NDArray[np.int32], sizes: Ints) -> tup
             triangles = (local + begins[chunk, None, None])[solid]
             owners = np.broadcast_to(chunk[:, None], solid.shape)[solid]
             parts.append((triangles, owners))
+    if len(parts) == 1:
+        return parts[0]
     triangles, owners = (np.concatenate(part) for part in zip(*parts, strict=True))
     order = np.argsort(owners, kind="stable")
     return triangles[order], owners[order]
@@ -108,7 +111,7 @@ def _cut(corners: Floats) -> tuple[Ints, NDArray[np.bool_]]:
 
 def _crosses(corners: Floats, local: Ints) -> tuple[Floats, Floats]:
     """Return twice the vector area of each triangle, and how much of it may be rounding error."""
-    a, b, c = (np.take_along_axis(corners, local[..., i, None], 1) for i in range(3))
+    a, b, c = np.moveaxis(corners[np.arange(len(corners))[:, None, None], local], 2, 0)
     ab, ac = b - a, c - a
     longest = np.sqrt(np.maximum((ab**2).sum(2), (ac**2).sum(2)))
     reach = np.abs(corners).max((1, 2))

@@ -36,7 +36,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
 
 def _decode(options: ReadOptions, path: Path, data: bytes, losses: decoding.Losses) -> Scene:
     quiet = UsdUtils.CoalescingDiagnosticDelegate()  # what pxr would print
-    stage = Stage(path, open_stage(path, losses), options, losses)
+    stage = Stage(path, *open_stage(path, losses), options, losses)
     try:
         return _read(stage)
     finally:

@@ -85,7 +85,7 @@ class Look:
 
     def reach(self, uv: Floats | None) -> None:
         """Take the texture coordinates of a mesh."""
-        if uv is not None and len(uv):
+        if self.lie and uv is not None and len(uv):
             self.low = np.minimum(self.low, [column.min() for column in uv.T])
             self.high = np.maximum(self.high, [column.max() for column in uv.T])
 

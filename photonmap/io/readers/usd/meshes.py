@@ -131,7 +131,8 @@ class Geometry:
         if skin.GetJointIndicesAttr().HasValue() or skin.GetBlendShapeTargetsRel().GetTargets():
             stage.lose("skinning", prim)
         owners, looks = np.zeros(count, np.int64), [look]
-        for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+        binding = UsdShade.MaterialBindingAPI(prim)
+        for subset in binding.GetMaterialBindSubsets() if prim.GetChildren() else ():
             if stage.value(subset.GetElementTypeAttr(), "face") != "face":
                 stage.lose("materials of parts other than faces", subset.GetPrim())
                 continue
@@ -139,9 +140,10 @@ class Geometry:
             meshes.check_indices(faces, count)
             owners[faces] = len(looks)
             looks.append(self._look(subset.GetPrim()))
-        holes = np.array(stage.value(mesh.GetHoleIndicesAttr(), ()), np.int64)
-        meshes.check_indices(holes, count)
-        owners[holes] = -1
+        if len(holes := stage.value(mesh.GetHoleIndicesAttr(), ())):
+            holes = np.array(holes, np.int64)
+            meshes.check_indices(holes, count)
+            owners[holes] = -1
         for index, each in enumerate(looks):
             if (owners == index).any():
                 yield each, owners == index
@@ -283,9 +285,11 @@ def _spread(
     if not primvar or not primvar.HasValue():
         return None
     attribute, found = primvar.GetAttr(), primvar.ComputeFlattened(stage.time)
-    if attribute.GetNumTimeSamples() > 1:
+    if stage.moves and attribute.GetNumTimeSamples() > 1:
         stage.lose("animation", prim)
-    values = stage.linear_srgb(attribute, np.array(found, np.float64).reshape(-1, columns), 1.0)
+    values = np.array(found, np.float64).reshape(-1, columns)
+    if columns == 3:
+        values = stage.linear_srgb(attribute, values, 1.0)
     where = places.get(primvar.GetInterpolation())
     if where is None or where.max(initial=-1) >= len(values):
         stage.lose(f"{name} of a wrong number", prim)

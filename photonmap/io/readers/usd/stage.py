@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,7 @@ class Stage:
 
     path: Path  # its file
     stage: Any  # of pxr
+    has_clips: bool  # whether its files name value clips
     options: ReadOptions  # a user's choices
     losses: decoding.Losses  # takes what is not simulated
     _names: dict[str, int] = field(default_factory=dict)
@@ -52,7 +54,14 @@ class Stage:
         """Note what is not simulated."""
         decoding.note_loss(self.losses, what, prim.GetName())
 
-    @property
+    @cached_property
+    def moves(self) -> bool:
+        """Whether its files state values at several times."""
+        layers = self.stage.GetUsedLayers()
+        times = {time for layer in layers for time in layer.ListAllTimeSamples()}
+        return self.has_clips or len(times) > 1
+
+    @cached_property
     def time(self) -> float:
         """When the stage begins, at which it is read."""
         return float(self.stage.GetStartTimeCode())
@@ -70,6 +79,8 @@ class Stage:
 
     def note_motion(self, prim: Any) -> None:
         """Note a prim that moves, or appears; what its attributes do is noted as they are read."""
+        if not self.moves:
+            return
         item = UsdGeom.Imageable(prim)
         moves = UsdGeom.Xformable(prim)
         if (moves and moves.TransformMightBeTimeVarying()) or (
@@ -83,7 +94,7 @@ class Stage:
             return default
         if attribute.HasAuthoredConnections():
             self.lose(f"what feeds {attribute.GetName()}", attribute.GetPrim())
-        if attribute.GetNumTimeSamples() > 1:
+        if self.moves and attribute.GetNumTimeSamples() > 1:
             self.lose("animation", attribute.GetPrim())
         found = attribute.Get(self.time)
         return default if found is None else found
@@ -203,8 +214,8 @@ def color_space(attribute: Any) -> str:
     return name
 
 
-def open_stage(path: Path, losses: decoding.Losses) -> Any:
-    """Return a stage; nothing outside of the scene's folder is opened.
+def open_stage(path: Path, losses: decoding.Losses) -> tuple[Any, bool]:
+    """Return a stage, and whether it has value clips; nothing outside of its folder is opened.
 
     USD opens what layers name when it composes them. So names are followed before that, with its
     own resolver: sublayers, references and payloads, in whatever variant, and value clips.
@@ -213,9 +224,11 @@ def open_stage(path: Path, losses: decoding.Losses) -> Any:
     if root is None:
         raise InputError(_DAMAGED.format(""), path)
     layers, waiting = {root.realPath: root, str(path): root}, [root]
+    has_clips = False
     while waiting:
         layer = waiting.pop()
         for name in _clips(layer):
+            has_clips = True
             _find(path, layer, name)
         for name in filter(None, layer.GetCompositionAssetDependencies()):  # "": the layer itself
             found = _find(path, layer, name)
@@ -230,7 +243,7 @@ def open_stage(path: Path, losses: decoding.Losses) -> Any:
                 raise InputError(f"is composed of more than {MOST_LAYERS} files; merge them", path)
     stage = Usd.Stage.Open(root)
     check_layers(path, stage)
-    return stage
+    return stage, has_clips
 
 
 def check_layers(path: Path, stage: Any) -> None:
