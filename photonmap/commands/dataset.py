@@ -244,6 +244,7 @@ def _plan(
     from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
     from photonmap.dataset.jobs.presets import load_preset, with_illuminations
     from photonmap.results.record import describe_measured_sets
+    from photonmap.spectra.bands import Bands
 
     use_measured_sets(options.munsell, options.illuminants)
     preset = with_illuminations(load_preset(options.preset), options.illuminations)
@@ -259,7 +260,8 @@ def _plan(
     given |= {name: str(Path(path).resolve()) if path else None for name, path in sets}
     chosen = CommonSettings(**given, recolor=preset.recolor)
     common = describe_inputs(chosen.with_curves(lambda _, path: str(path.resolve())))
-    files, faults = read_user_scenes(preset.files)
+    own = None if preset.recolor else Bands.parse(common.bands)
+    files, faults = read_user_scenes(preset.files, own)
     if faults and not (files or preset.scenes):
         raise InputError(as_line(*next(iter(faults.items()))))
     jobs = plan_jobs(preset, files, common, options.seed, options.count)

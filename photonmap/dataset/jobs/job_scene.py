@@ -25,7 +25,7 @@ from photonmap.dataset.scenes.illumination import Illumination, check_unchanged
 from photonmap.dataset.scenes.recolor import light_groups, recolor, relight
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.dataset.scenes.view_search import find_camera
-from photonmap.errors import InputError, SceneWarning
+from photonmap.errors import InputError, SceneWarning, naming
 from photonmap.io.readers.scene_file import load_scene
 from photonmap.results.record import describe_measured_sets
 from photonmap.runtime.writing import replacing
@@ -83,16 +83,30 @@ def pieces_in(job: Job, scene: Scene) -> Mask:
     return _pieces[key]
 
 
-def read_user_scenes(paths: Iterable[str]) -> tuple[list[UserScene], dict[str, str]]:
-    """Load scene files; return them with digests and, by path, why others cannot be read."""
+def read_user_scenes(
+    paths: Iterable[str], bands: Bands | None = None
+) -> tuple[list[UserScene], dict[str, str]]:
+    """Load scene files; return them with digests and, by path, why others cannot be rendered.
+
+    Such as reflectances that are not known in all bands, if these are given.
+    """
     scenes, faults = [], {}
     for path in paths:
         try:
-            groups = len(light_groups(_load(path)))
+            scene = _load(path)
+            if bands is not None:
+                _check_reflectances(scene, bands)
+            groups = len(light_groups(scene))
             scenes.append(UserScene(str(Path(path).resolve()), digest_of(path), groups))
         except InputError as error:
             faults[path] = reason_of(path, error)
     return scenes, faults
+
+
+def _check_reflectances(scene: Scene, bands: Bands) -> None:
+    for material in {id(mesh.material): mesh.material for mesh in scene.meshes}.values():
+        with naming(f"material {material.name!r}"):
+            bands.reflectance(mean_color(material.reflectance))
 
 
 def digest_of(path: str | os.PathLike[str]) -> str:

@@ -277,3 +277,14 @@ def test_a_scene_that_cannot_be_read_is_named_once(tmp_path):
     assert ": map_Kd: wood.png: cannot be read (" in room
     assert broken.startswith(f"{folder}/broken.obj:1: ")
     assert [line.count("scenes of mine") for line in (room, broken)] == [1, 1]
+
+
+def test_reflectances_unknown_in_some_band_are_named_before_a_render(tmp_path):
+    box = pm.scenes.cornell_box()
+    wall = replace(box.meshes[1].material, reflectance=pm.Spectrum([400, 700], [0.1, 0.5]))
+    meshes = [box.meshes[0], replace(box.meshes[1], material=wall), *box.meshes[2:]]
+    path = str(tmp_path / "room.obj")
+    pm.save_scene(replace(box, meshes=meshes), path)
+    assert not read_user_scenes([path], pm.Bands.gaussian(6))[1]
+    (fault,) = read_user_scenes([path], pm.Bands.parse("300:780:20"))[1].values()
+    assert "covers 400-700 nm, but 300-780 nm is needed" in fault
