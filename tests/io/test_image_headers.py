@@ -355,12 +355,14 @@ def test_alpha_is_divided_out(tmp_path, suffix, alphas):
     if kind == "exr":
         raw = read_channels(path).green().texels * known
         np.testing.assert_allclose(raw, COLOR[1] * known, rtol=1e-6)
-    channels = read_channels(path)
-    np.testing.assert_allclose(channels.alpha(), alpha[..., 0], atol=1e-6)
-    of_usd = [_channel(channels, output, kind != "exr") for output in ("a", "rgb")]
-    found, straight = (image.linear(slice(None), slice(None)) for image in of_usd)
-    np.testing.assert_allclose(found, alpha, atol=1e-6)
-    np.testing.assert_allclose(straight * known, COLOR * known, **near)
+    readings = [read_channels(path)]  # and of glTF
+    readings += [read_embedded(path.read_bytes(), path.name, as_stored=True)] * (kind == "png")
+    for channels in readings:
+        np.testing.assert_allclose(channels.alpha(), alpha[..., 0], atol=1e-6)
+        of_usd = [_channel(channels, output, kind != "exr") for output in ("a", "rgb")]
+        found, straight = (image.linear(slice(None), slice(None)) for image in of_usd)
+        np.testing.assert_allclose(found, alpha, atol=1e-6)
+        np.testing.assert_allclose(straight * known, COLOR * known, **near)
     if (alpha < 1).any():
         with pytest.warns(pm.SceneWarning, match="pixels of light have an alpha below 1: it dims"):
             light = read_panorama(path)

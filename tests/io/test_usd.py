@@ -328,7 +328,7 @@ LOCAL = {
 }  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None, derandomize=True,
+@settings(max_examples=30, deadline=None, derandomize=True,
           suppress_health_check=[HealthCheck.function_scoped_fixture])  # fmt: skip
 @given(
     st.sampled_from([*LOCAL, "DiskLight", "RectLight"]),
