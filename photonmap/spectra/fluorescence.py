@@ -85,7 +85,8 @@ class Fluorescence:
                 f"{self.emission.wavelengths[lowest]:g} nm; give 0 or more, and more somewhere"
             )
         efficiency = self.quantum_efficiency
-        if not isinstance(efficiency, Real) or not 0.0 <= efficiency <= 1.0:
+        is_number = isinstance(efficiency, Real) and not isinstance(efficiency, bool)
+        if not is_number or not 0.0 <= efficiency <= 1.0:
             raise InputError(
                 f"quantum_efficiency is {shown(efficiency)}; give photons sent out for each that "
                 "is taken up, from 0 to 1"

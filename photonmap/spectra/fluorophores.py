@@ -124,13 +124,8 @@ def _read(value: Any, folder: Path) -> Fluorophore:
         if wrong := value.keys() - {"matrix", "anti_stokes"}:
             raise InputError(f"a matrix has no {min(wrong)}; leave one of them out")
         return _read_matrix(value["matrix"], folder, free)
-    efficiency = value.get("quantum_efficiency", 1.0)
-    if type(efficiency) not in (int, float):
-        raise InputError(f"quantum_efficiency {shown(efficiency)} is no number; give 0 to 1")
-    excitation, emission = (
-        _read_curve(value.get(key), key, folder) for key in ("excitation", "emission")
-    )
-    return Fluorescence(excitation, emission, float(efficiency), free)
+    curves = [_read_curve(value.get(key), key, folder) for key in ("excitation", "emission")]
+    return Fluorescence(curves[0], curves[1], value.get("quantum_efficiency", 1.0), free)
 
 
 def _read_text(text: str, folder: Path) -> Fluorophore:

@@ -81,6 +81,12 @@ def test_toml_names_fluorophores_curves_and_matrices(tmp_path):
     ("line", "reflectance", "message"),
     [
         ('fluorescence = "fluorescine"', "0", r"a.toml:3: .*did you mean 'fluorescein'\?"),
+        (
+            "fluorescence = { excitation = [[300, 400], [0.1, 0.1]], "
+            "emission = [[450, 500], [1, 1]], quantum_efficiency = true }",
+            "0",
+            "quantum_efficiency is True; give photons",
+        ),
         ("fluorescence = 3", "0", "3 is no fluorophore; give a name, a file or a table"),
         ("fluorescence = { glow = 1 }", "0", "key 'glow' is not known"),
         ('fluorescence = { matrix = "m.npz", emission = "x.csv" }', "0", "matrix has no emission"),
