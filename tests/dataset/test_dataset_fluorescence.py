@@ -7,6 +7,7 @@ import pytest
 
 import photonmap as pm
 from photonmap.dataset.files.derived_buffers import as_rgb, with_derived
+from photonmap.dataset.files.image_files import SHOWN, previews
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import load_preset, with_illuminations
 from photonmap.dataset.jobs.verify import check_identities
@@ -57,6 +58,7 @@ def test_the_parts_of_an_image_add_up_under_lights_with_ultraviolet(light):
     rgb = as_rgb(whole)
     parts = rgb.emission + rgb.reflectance * rgb.shading + rgb.buffers["fluorescence"]
     np.testing.assert_allclose(rgb.radiance, parts + rgb.residual, atol=1e-6)
+    assert previews(whole, rgb, SHOWN)["fluorescence"].shape == (18, 24, 3)
     if light == "black_light":  # all that is visible was excited; the lamp itself is at 368 nm
         seen = np.abs(result.bands.centroids - 550.0) < 100.0
         close = [result.radiance[..., seen].sum(), result.fluorescence[..., seen].sum()]

@@ -32,6 +32,8 @@ FORMATS = ("exr", "hdf5", "png")
 BANDS_EXR, RGB_EXR, BANDS_HDF5 = "bands.exr", "rgb.exr", "bands.hdf5"
 PREVIEWED = ("radiance", "direct", "indirect", "reflectance", "shading")
 """Buffers that have a PNG."""
+SHOWN = (*PREVIEWED, "fluorescence")
+"""These, and those that have one where surfaces fluoresce."""
 _FINAL, _GEOMETRY = "images/scene_cam_00_final_hdf5", "images/scene_cam_00_geometry_hdf5"
 _DATASET = "dataset"
 _DIGITS = 16
@@ -89,7 +91,7 @@ def write_image(
         _write_bands(folder / BANDS_HDF5, held, halves)
         _write_hypersim(folder, hypersim_images(held, held_rgb.buffers))
     if "png" in formats:
-        for name, image in previews(result, as_rgb(result)).items():
+        for name, image in previews(result, as_rgb(result), SHOWN).items():
             write_png(image, folder / f"{name}.png")
     return digests(held)
 
@@ -116,7 +118,9 @@ def _without_times(result: Result) -> Result:
     return replace(result, record=record)
 
 
-def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
+def previews(
+    result: Result, rgb: Result, names: Iterable[str] = PREVIEWED
+) -> dict[str, NDArray[np.uint8]]:
     """Return 8-bit sRGB images: light as a light meter exposes it, shading at its own exposure.
 
     Highlights of light are compressed, see `photonmap.results.preview.with_highlights`.
@@ -131,7 +135,7 @@ def previews(result: Result, rgb: Result) -> dict[str, NDArray[np.uint8]]:
         name: as_bytes(rgb.buffers[name], exposures[name])
         if name in exposures
         else as_bytes(with_highlights(rgb.buffers[name] * exposure), 1.0)
-        for name in PREVIEWED
+        for name in names
         if name in rgb.buffers
     }
 
