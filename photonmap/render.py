@@ -226,11 +226,11 @@ def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
     ------
     InputError : the scene cannot be rendered as it is asked for, or needs too much memory
     """
-    film, bands = settings.film, settings.bands
+    film, bands, passes = settings.film, settings.bands, settings.budget.passes
     faces = sum(len(mesh.faces) for mesh in scene.meshes)
-    buffers = settings.buffers or DEFAULT
+    unbiased, buffers = settings.unbiased, settings.buffers or DEFAULT
     least = Work(
-        settings.pixels, 1, settings.photons, faces, unbiased=settings.unbiased, buffers=buffers
+        settings.pixels, 1, settings.photons, faces, passes, unbiased=unbiased, buffers=buffers
     )
     check_memory(least.need, settings.memory)  # refused before time is spent on compiling
     compiled = compile_scene(scene, bands, film.width / film.height)
@@ -296,7 +296,9 @@ def start_run(plan: RenderPlan, settings: Settings, workers: Workers) -> Run:
     adapts = settings.adaptive and integrator.adapts
     has_fluorescence = plan.pass_scene.fluorescence is not None
     has_residual = plan.pass_scene.has_residual
-    moments = LightGroups(columns, film, workers, has_residual, storage, has_fluorescence)
+    moments = LightGroups(
+        columns, film, workers, has_residual, storage, has_fluorescence, integrator.adapts
+    )
     file = settings.checkpoint
     loop = RenderLoop(
         integrator,
@@ -336,7 +338,8 @@ def _watched(scene: Scene, run: Run) -> Progress:
 
     def snapshot(passes: int) -> Result:
         light, _ = run.moments.finish(run.plan.scene.power, run.plan.kept)
-        record = {**describe_plan(scene, run), "passes": passes}
+        shown = min(passes, run.moments.whole.count)
+        record = {**describe_plan(scene, run), "passes": shown}
         return Result(_as_images(in_order(light), settings.film), {}, settings.bands, record)
 
     return Watching(settings.progress, watch, snapshot) if watch else settings.progress

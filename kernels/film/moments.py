@@ -100,11 +100,25 @@ class SpecularMoments(NamedTuple):
     residual_spread: np.ndarray
 
 
+class Weight(NamedTuple):
+    """How a value, the mean of some passes, is taken in: see `photonmap.film.replicates`."""
+
+    part: float  # number of these passes; in a pixel, over that of all so far
+    keep: float  # factor on the spread so far
+    gain: float  # factor on what the spread gains
+
+
+@jit
+def _widen(spread, pixel, band, gain, weight):
+    """Take what a spread gains into it."""
+    spread[pixel, band] = spread[pixel, band] * weight.keep + gain * weight.gain
+
+
 @jit
 def _add(mean, spread, pixel, band, value, weight):
     """Take one value into a mean and its spread; return its deviation from the old mean."""
-    mean[pixel, band], gain, deviation = _welford_step(value, mean[pixel, band], weight)
-    spread[pixel, band] += gain
+    mean[pixel, band], gain, deviation = _welford_step(value, mean[pixel, band], weight.part)
+    _widen(spread, pixel, band, gain, weight)
     return deviation
 
 
@@ -164,16 +178,16 @@ def _add_fluorescence(fluorescence, seen, pixel, band, weight):
 
 
 @kernel
-def add_pass(moments, specular, pixels, seen, first, last):
+def add_pass(moments, specular, pixels, seen, step, first, last):
     """Take pixels of a pass into the moments; `specular`, `seen` are None in Lambertian scenes.
 
-    `seen` is `Estimate.via_specular`.
+    `seen` is `Estimate.via_specular`. By the `Weight` of `step`, they may be means over passes.
     """
     for pixel in range(first, last):
-        moments.counts[pixel] += 1
-        weight = 1.0 / moments.counts[pixel]
-        rest = 1.0 - weight
-        moments.coverage[pixel] += (pixels.coverage[pixel] - moments.coverage[pixel]) * weight
+        moments.counts[pixel] += np.uint32(step.part)
+        weight = Weight(step.part / moments.counts[pixel], step.keep, step.gain)
+        rest = 1.0 - weight.part
+        moments.coverage[pixel] += (pixels.coverage[pixel] - moments.coverage[pixel]) * weight.part
         moments.found[pixel] |= pixels.lookups[pixel]
         for band in range(pixels.direct.shape[1]):
             caustic, caustic_light, via_direct, via_indirect, via_caustic = _seen_parts(
@@ -200,9 +214,10 @@ def add_pass(moments, specular, pixels, seen, first, last):
             residual = via_direct + via_indirect + via_caustic
             s = _add_specular(specular, pixel, band, caustic + via_caustic, residual, weight)
             s += _add_fluorescence(moments.fluorescence, seen, pixel, band, weight)
-            moments.diffuse_spread[pixel, band] += (d + i - s) * (d + i - s) * rest
-            moments.radiance_spread[pixel, band] += (e + d + i) * (e + d + i) * rest
-            moments.product[pixel, band] += (d + i - s) * r * rest
+            diffuse, radiance = d + i - s, e + d + i
+            _widen(moments.diffuse_spread, pixel, band, diffuse * diffuse * rest, weight)
+            _widen(moments.radiance_spread, pixel, band, radiance * radiance * rest, weight)
+            _widen(moments.product, pixel, band, diffuse * r * rest, weight)
 
 
 @jit

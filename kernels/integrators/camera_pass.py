@@ -3,6 +3,8 @@
 And that of the plain path tracer: slow, unbiased, the reference for everything else.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from photonmap.kernels.bsdf.specular import specular_probability
@@ -35,6 +37,13 @@ from photonmap.kernels.integrators.specular_view import ALL_LOBES, Chain, view_s
 CENTRE = (0.5, 0.5)
 
 
+class Turn(NamedTuple):
+    """Which pass of its replicate a pass is: all of these share one sequence in each pixel."""
+
+    number: int  # from 0
+    passes: int  # of the replicate
+
+
 @jit
 def _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches):
     """Render one camera sample of a pixel; `index` numbers it for low-discrepancy points."""
@@ -64,8 +73,8 @@ def _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches)
 
 
 @kernel
-def camera_pass(job, span, scratches, estimate):
-    """Render the pixels of a span from a `CameraPass` into an `Estimate`."""
+def camera_pass(job, turn, span, scratches, estimate):
+    """Render the pixels of a span from a `CameraPass` into an `Estimate`, when it is their turn."""
     film, plan, pixels = job.eye.film, job.plan, estimate.pixels
     light = light_keys(
         job.key,
@@ -79,7 +88,8 @@ def camera_pass(job, span, scratches, estimate):
         samples = int(plan.samples[pixel])
         budget = SampleBudget(np.int64(plan.lights[pixel]), np.int64(plan.gathers[pixel]))
         weight = np.float32(1.0 / samples)
-        first = morton(pixel % film.width, pixel // film.width) * np.uint64(samples)
+        place = morton(pixel % film.width, pixel // film.width) * np.uint64(turn.passes)
+        first = (place + np.uint64(turn.number)) * np.uint64(samples)
         for sample in range(samples):
             index = first + np.uint64(sample)
             _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches)

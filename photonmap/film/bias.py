@@ -20,6 +20,7 @@ from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.film.blocks import block_counts, block_sums
 from photonmap.film.moments import Accumulator
 from photonmap.film.relative_error import relative_squares
+from photonmap.film.replicates import replicate_size
 from photonmap.kernels.core.passes import (
     FIRST_CAUSTIC,
     FLUORESCENT_INDIRECT,
@@ -42,9 +43,8 @@ def footprint_width(indices: ArrayLike) -> float:
 
 
 FIRST, EVERY = 12, 32
-"""Number of the first pass that is repeated, and after how many passes another one is. The pass
-after each is repeated too. Both have cells of one size, which the bias depends on; in shorter runs
-noise exceeds the bias."""
+"""Number of the first pass that is repeated, and after how many passes another one is. So is the
+same pass of the next replicate, independent of it. In shorter runs noise exceeds the bias."""
 OF_DIFFERENCE = 0.75
 """The bias, as a fraction of the difference to supports of twice the width."""
 LARGEST_BLOCK, LEAST_ACROSS = 32, 4
@@ -53,7 +53,13 @@ LARGEST_BLOCK, LEAST_ACROSS = 32, 4
 
 def is_repeated(index: int) -> bool:
     """Return whether pass `index` is repeated."""
-    return index >= FIRST and (index - FIRST) % EVERY < 2
+    since = (index - FIRST) % EVERY
+    return index >= FIRST and since in (0, replicate_size(index - since))
+
+
+def _half(index: int) -> int:
+    """Return to which half a repeated pass belongs."""
+    return int((index - FIRST) % EVERY > 0)
 
 
 class BlockBias(NamedTuple):
@@ -137,7 +143,7 @@ class BiasProbe:
         valid = moments.valid(lit=self._integrator.stores_photons)
         narrow = self._indirect(estimate, valid)
         wide = self._indirect(self._integrator.estimate(index, wider=1), valid)
-        half = (index - FIRST) % EVERY
+        half = _half(index)
         self.differences[half] += wide - narrow
         if half == 1 and valid.any():
             probed = [earlier for earlier in range(index + 1) if is_repeated(earlier)]
@@ -156,7 +162,7 @@ class BiasProbe:
         if math.isnan(self.stated[0]):
             return None
         probed = [index for index in range(count) if is_repeated(index)]
-        halves = [sum((index - FIRST) % EVERY == half for index in probed) for half in range(2)]
+        halves = [sum(_half(index) == half for index in probed) for half in range(2)]
         valid = moments.valid(lit=self._integrator.stores_photons)
         pixels = self._sums(lambda part: valid[part, None].astype(np.float64))[:, 0]
         factor = OF_DIFFERENCE * scale * footprint_width(np.arange(count))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import names_where
 from photonmap.film.pooling import error_of, take_in
+from photonmap.film.replicates import ONE_PASS
 from photonmap.kernels.core.passes import (
     FIRST_CAUSTIC,
     FLUORESCENT_DIRECT,
@@ -24,6 +25,7 @@ from photonmap.kernels.core.passes import (
     Film,
     Pixels,
 )
+from photonmap.kernels.film.moments import Weight
 
 Array = NDArray[Any]
 
@@ -90,9 +92,11 @@ class BlockMoments:
             name: (np.zeros(blocks), np.zeros(blocks)) for name in BLOCKED if not omitted.get(name)
         }
 
-    def add(self, pixels: Pixels, seen: NDArray[np.float32] | None) -> None:
-        """Take in one complete pass, and what it saw via specular surfaces."""
-        self.count += 1
+    def add(
+        self, pixels: Pixels, seen: NDArray[np.float32] | None, weight: Weight = ONE_PASS
+    ) -> None:
+        """Take in one complete pass, and what it saw via specular surfaces; or several's means."""
+        self.count += int(weight.part)
         parts = {"indirect": self._means(pixels.indirect)}
         if "caustics" in self._moments and seen is not None:
             parts["caustics"] = self._means(seen[FIRST_CAUSTIC]) + self._means(seen[VIA_CAUSTIC])
@@ -102,7 +106,7 @@ class BlockMoments:
             parts["fluorescence"] = self._means(seen[FLUORESCENT_DIRECT]) + indirect
             parts["indirect"] += indirect
         for name, value in parts.items():
-            take_in(value, self.count, *self._moments[name])
+            take_in(value, self.count, *self._moments[name], weight)
 
     def _means(self, image: NDArray[np.float32]) -> NDArray[np.float64]:
         return block_means(image.reshape(self._shape), SIDE)

@@ -12,7 +12,9 @@ from photonmap.buffers import BY_NAME, group_name, names_where, split_name
 from photonmap.compile.spectral_columns import SpectralColumns, split_pixels
 from photonmap.film.blocks import BlockMoments
 from photonmap.film.moments import ALL, Accumulator, Buffers
+from photonmap.film.replicates import ONE_PASS, Replicate, replicate_size, weigh
 from photonmap.kernels.core.passes import Film, Pixels
+from photonmap.kernels.film.moments import Weight
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
 
@@ -31,11 +33,15 @@ class LightGroups:
         specular: bool,
         storage: Storage = RAM,
         fluorescent: bool = False,
+        replicates: bool = True,
     ) -> None:
         self._columns, self._storage, size = columns, storage, film.width * film.height
         self.whole = Accumulator(
             size, columns.distinct, workers, specular, columns.weights, storage, fluorescent
         )
+        rows = 9 if fluorescent else 5 if specular else 0
+        self._replicate = Replicate((size, columns.count), rows, workers, storage)
+        self._replicates = replicates
         self._blocks = BlockMoments(film, columns.distinct, specular, fluorescent)
         split = columns.groups != ("",)
         self._groups = {
@@ -45,31 +51,61 @@ class LightGroups:
             for group in (columns.groups if split else ())
         }
 
+    @property
+    def passes(self) -> int:
+        """How many were taken in, with those of the replicate that has begun."""
+        return self.whole.count + self._replicate.passes
+
     def add(self, pixels: Pixels, seen: NDArray[np.float32] | None) -> None:
-        """Take in one complete pass, and what it saw via specular surfaces."""
+        """Take in one complete pass, and what it saw via specular surfaces.
+
+        It counts as soon as its replicate is complete.
+        """
+        size = self._size(self.whole.count)
+        if size == 1:
+            self._take(pixels, seen, ONE_PASS)
+        else:
+            self._replicate.add(pixels, seen)
+            if self._replicate.passes == size:
+                self.close()
+
+    def close(self) -> None:
+        """Take in a replicate that has begun: the last one, which may have fewer passes."""
+        if passes := self._replicate.passes:
+            self._take(*self._replicate.take(), weigh(self.whole.count, passes))
+
+    def _size(self, index: int) -> int:
+        return replicate_size(index) if self._replicates else 1
+
+    def _take(self, pixels: Pixels, seen: NDArray[np.float32] | None, weight: Weight) -> None:
         columns = self._columns
         for index, accumulator in enumerate(self._groups.values()):
             part = None if seen is None else columns.of_group(seen, index)
-            accumulator.add(split_pixels(columns, pixels, index), part)
+            accumulator.add(split_pixels(columns, pixels, index), part, weight)
         whole = split_pixels(columns, pixels), None if seen is None else columns.whole(seen)
-        self.whole.add(*whole)
-        self._blocks.add(*whole)
+        self.whole.add(*whole, weight)
+        self._blocks.add(*whole, weight)
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that passes leave behind but their number, by name: the arrays themselves."""
         accumulators = enumerate((self.whole, *self._groups.values()))
-        return self._blocks.arrays | {
-            f"{index} {name}": array
-            for index, accumulator in accumulators
-            for name, array in accumulator.arrays.items()
-        }
+        return (
+            self._blocks.arrays
+            | self._replicate.arrays
+            | {
+                f"{index} {name}": array
+                for index, accumulator in accumulators
+                for name, array in accumulator.arrays.items()
+            }
+        )
 
     def resume(self, count: int) -> None:
         """Go on after `count` passes, those that `arrays` were filled with."""
-        self._blocks.count = count
+        self._replicate.passes = count % self._size(count)
+        self._blocks.count = count - self._replicate.passes
         for accumulator in (self.whole, *self._groups.values()):
-            accumulator.count = count
+            accumulator.count = self._blocks.count
 
     def clear(self) -> None:
         """Forget all passes."""

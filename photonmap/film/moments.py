@@ -1,4 +1,4 @@
-"""Means and standard errors over independent passes."""
+"""Means and standard errors over independent passes, and replicates of several."""
 
 import math
 from collections.abc import Callable, Container
@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from photonmap.buffers import BY_NAME, names_where
 from photonmap.film.relative_error import Mask, dark_floor, valid_pixels
+from photonmap.film.replicates import ONE_PASS
 from photonmap.kernels.core.passes import EMPTY, FOUND, TRUNCATED, Pixels
 from photonmap.kernels.film.moments import (
     GOAL_BUFFERS,
     FluorescenceMoments,
     Moments,
     SpecularMoments,
+    Weight,
     add_pass,
     finish_shading,
     list_relative_variance,
@@ -77,12 +79,16 @@ class Accumulator:
             else None
         )
 
-    def add(self, pixels: Pixels, seen: NDArray[np.float32] | None = None) -> None:
-        """Take in one complete pass, and what is seen via specular surfaces if there are any."""
-        self._over_pixels(
-            lambda first, last: add_pass(self._moments, self._specular, pixels, seen, first, last)
-        )
-        self.count += 1
+    def add(
+        self, pixels: Pixels, seen: NDArray[np.float32] | None = None, weight: Weight = ONE_PASS
+    ) -> None:
+        """Take in one complete pass, and what is seen via specular surfaces if there are any.
+
+        Or with another weight, the means over the passes of a replicate.
+        """
+        what = self._moments, self._specular, pixels, seen, weight
+        self._over_pixels(lambda first, last: add_pass(*what, first, last))
+        self.count += int(weight.part)
 
     @property
     def counts(self) -> NDArray[np.uint32]:

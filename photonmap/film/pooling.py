@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.kernels.film.moments import shift_ratio, welford_step
+from photonmap.film.replicates import ONE_PASS
+from photonmap.kernels.film.moments import Weight, shift_ratio, welford_step
 
 __all__ = [
     "error_of", "pool_comoments", "pool_errors", "pool_means", "shift_ratio", "spread_of",
@@ -22,11 +23,14 @@ __all__ = [
 Array = NDArray[Any]
 
 
-def take_in(value: Array, count: int, mean: Array, spread: Array) -> None:
-    """Take value number `count`, from 1, into a running mean and its spread, in place."""
-    new_mean, gain, _ = welford_step(value, mean, 1.0 / count)
+def take_in(
+    value: Array, count: int, mean: Array, spread: Array, weight: Weight = ONE_PASS
+) -> None:
+    """Take a value into a running mean of `count` passes with it, and its spread, in place."""
+    new_mean, gain, _ = welford_step(value, mean, weight.part / count)
     mean[...] = new_mean
-    spread += gain
+    spread *= weight.keep
+    spread += gain * weight.gain
 
 
 def pool_means(counts: Sequence[Array], means: Sequence[Array]) -> Array:

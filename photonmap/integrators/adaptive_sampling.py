@@ -1,9 +1,9 @@
 """How many samples later passes take, and where: decided by the first ones, without bias.
 
-**Where.** The warm-up passes form two halves, those of even and those of odd number. The variance
-that one half shows decides on the sampling of all later passes of the other: no pass is planned by
-its own numbers, so each is an unbiased estimate, uncorrelated with the rest, and their plain mean
-and spread stay honest.
+**Where.** Passes form two halves, those of even and those of odd number; after the warm-up, every
+other replicate. The variance that the first passes of one half show decides on the sampling of all
+later ones of the other: no pass is planned by its own numbers, so each replicate is an unbiased
+estimate, uncorrelated with the rest, and their plain mean and spread stay honest.
 
 **How many.** A render needs `LEAST_PASSES` before it can trust its own error. Where that many full
 passes would be more work than the goal needs, passes take half of the samples. The first ones,
@@ -55,7 +55,7 @@ class AdaptiveSampling:
         self.moments = storage.zeros((2, 2, pixels))
         """Of either half: means of radiance over bands, and sums of squared deviations"""
         self.sample_scales = storage.zeros((2, pixels), np.int8)
-        """Log2 of the factors on samples in passes of even and of odd number"""
+        """Log2 of the factors on samples in later passes of either half"""
 
     def learn(self, index: int, estimate: Estimate, plan: SamplingPlan) -> None:
         """Take in pass `index`; after the last of the first ones, decide."""

@@ -165,7 +165,7 @@ class Counters:
 
 
 class Integrator(Protocol):
-    """Estimates every pixel, pass by pass; passes are independent of each other.
+    """Estimates every pixel, pass by pass; replicates are independent of each other.
 
     A new integrator implements this, and is entered in `METHODS`.
     """
@@ -177,7 +177,7 @@ class Integrator(Protocol):
     """(2, P) log2 of the factors on samples after the warm-up passes; None for none"""
 
     adapts: bool
-    """whether passes follow `sample_scales`, and can be resized"""
+    """whether passes follow `sample_scales`, can be resized, and go on within replicates"""
 
     def estimate(self, index: int, wider: int = 0) -> Estimate:
         """Run pass `index` (from 0); the next one overwrites the arrays.

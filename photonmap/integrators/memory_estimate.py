@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from photonmap.buffers import DEFAULT, RENDERED
 from photonmap.film.moments import BYTES_PER_VALUE
+from photonmap.film.replicates import replicate_size
 from photonmap.integrators.photon_mapping.cache_tracer import MOST_CELLS_PER_PHOTON, bundle_count
 from photonmap.runtime.storage import Need
 
@@ -18,6 +19,8 @@ FLUORESCENT_BYTES_PER_VALUE = 84
 """Moments and passes of fluorescence and of what excites it."""
 UNBIASED_BUFFERS = 8
 """Arrays of an unbiased pass besides: differences, rounds of averages, reflectance."""
+OF_REPLICATES = 6, 5, 4
+"""Arrays that add up the passes of a replicate: in any scene, and as above."""
 BYTES_PER_PIXEL = 92
 """Bytes of a pixel besides bands and the buffers that are kept: sampling plan, planes, counts."""
 BYTES_PER_TRIANGLE = 300
@@ -40,6 +43,7 @@ class Work:
     bands: int  # those of the whole, and of each light group that is split off
     photons: int
     triangles: int
+    passes: int | None = None  # None for any number
     specular: bool = False  # there are mirrors or glass
     per_light: bool = False  # light is split by light group
     unbiased: bool = False  # pixels share by differences
@@ -60,6 +64,9 @@ class Work:
             and (self.fluorescent or row.omitted != "without fluorescent surfaces")
         )
         buffers = PASS_BUFFERS + UNBIASED_BUFFERS * self.unbiased
+        if self.passes is None or replicate_size(self.passes - 1) > 1:
+            sums, specular, fluorescent = OF_REPLICATES
+            buffers += sums + specular * self.specular + fluorescent * self.fluorescent
         per_value = BYTES_PER_VALUE + 4 * buffers + SPECULAR_BYTES_PER_VALUE * self.specular
         per_value += FLUORESCENT_BYTES_PER_VALUE * self.fluorescent
         per_pixel = BYTES_PER_PIXEL + self.bands * per_value + 4 * kept_values

@@ -75,8 +75,11 @@ class RenderLoop:
         return arrays
 
     def _load(self, checkpoint: Checkpoint) -> None:
-        state = checkpoint.load(self._arrays)
-        self._moments.resume(state["passes"])
+        def arrays(state: dict[str, Any]) -> dict[str, Any]:
+            self._moments.resume(state["passes"])
+            return self._arrays
+
+        state = checkpoint.load(arrays)
         self._integrator.counters.restore(state["counters"])
         self.resumed, self.earlier = state["passes"], state["elapsed"]
         self._saving = state["saving"]
@@ -162,7 +165,7 @@ class RenderLoop:
         try:
             self._repeat(progress)
         except KeyboardInterrupt:
-            if self._moments.whole.count == 0 or self._adding:
+            if self._moments.passes == 0 or self._adding:
                 raise
             self.interrupted = True
             progress.stage("interrupted")
@@ -170,32 +173,36 @@ class RenderLoop:
             self._integrator.counters.restore(self._counters)
         if self._checkpoint is not None:
             self._checkpoint.save(self._arrays, self._state())
+        self._moments.close()
 
     def _repeat(self, progress: Progress) -> None:
-        integrator, whole = self._integrator, self._moments.whole
+        integrator, moments = self._integrator, self._moments
         error = self.error()
-        while not self._budget.is_spent(whole.count, error, self.elapsed):
-            estimate = integrator.estimate(whole.count)
+        while not self._budget.is_spent(moments.passes, error, self.elapsed):
+            index = moments.passes
+            estimate = integrator.estimate(index)
             self._adding = True
-            self._moments.add(estimate.pixels, estimate.via_specular)
+            moments.add(estimate.pixels, estimate.via_specular)
             self._adding = False
             if self._adaptive is not None:
-                self._adaptive.learn(whole.count - 1, estimate, integrator.plan)
-            self._probe.probe(whole.count - 1, estimate, whole)
+                self._adaptive.learn(index, estimate, integrator.plan)
+            self._probe.probe(index, estimate, moments.whole)
             self._counters = asdict(integrator.counters)
-            error, elapsed = self.error(), self.elapsed
-            total = self._forecast.total(whole.count, error, elapsed, integrator.setup_seconds)
+            error, elapsed, passes = self.error(), self.elapsed, index + 1
+            # `error` is that of whole replicates
+            now = error * math.sqrt(moments.whole.count / passes)
+            total = self._forecast.total(passes, now, elapsed, integrator.setup_seconds)
             progress.update(
-                whole.count, error, elapsed / total, elapsed, integrator.counters.rays / elapsed
+                passes, error, elapsed / total, elapsed, integrator.counters.rays / elapsed
             )
-            if whole.count == PILOT_PASSES and not self._settled:
+            if passes == PILOT_PASSES and not self._settled:
                 self._settle(error)
             if self._checkpoint is not None:
                 self._checkpoint.save_if_due(self._arrays, self._state())
 
     def _settle(self, error: float) -> None:
         """Choose the size of passes by the error of the first ones; begin again if it changes."""
-        size = choose_size(self._forecast.passes_needed(self._moments.whole.count, error))
+        size = choose_size(self._forecast.passes_needed(self._moments.passes, error))
         self._settled = True
         if size == self.pass_samples:
             return
@@ -210,7 +217,7 @@ class RenderLoop:
 
     def _state(self) -> dict[str, Any]:
         return {
-            "passes": self._moments.whole.count,
+            "passes": self._moments.passes,
             "counters": self._counters,
             "elapsed": self.elapsed,
             "saving": self.saving,

@@ -140,9 +140,10 @@ class Result(Plots):
     def standard_error(self, name: str) -> Image:
         """Return the standard error of the mean of a buffer: its shape, unit and type.
 
-        With Student's t of one degree of freedom less than passes, its intervals hold the truth as
-        often as they state. It is that of `errors`, from each pixel's own passes, smoothed by its
-        neighbours: see `photonmap.film.variance_smoothing`.
+        With Student's t of one degree of freedom less than passes, 15 for 16 to 128 of them and an
+        eighth as many beyond, its intervals hold the truth as often as they state. It is that of
+        `errors`, from each pixel's own replicates of passes, smoothed by its neighbours: see
+        `photonmap.film.replicates` and `variance_smoothing`.
 
         Raises
         ------

@@ -12,7 +12,7 @@ import os
 import struct
 import time
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -80,8 +80,8 @@ class Checkpoint:
         self._saved: int | None = None
         self._failed = False
 
-    def load(self, arrays: Arrays) -> dict[str, Any]:
-        """Fill arrays with those of the file; return the rest of the state.
+    def load(self, arrays: Callable[[dict[str, Any]], Arrays]) -> dict[str, Any]:
+        """Fill arrays with those of the file; return the rest of the state, which says of which.
 
         A file that is damaged or of a different render is an `InputError`.
         """
@@ -94,7 +94,7 @@ class Checkpoint:
                         f"arguments, or start from scratch without resuming",
                         self.path,
                     )
-                _read_arrays(file, head["arrays"], arrays)
+                _read_arrays(file, head["arrays"], arrays(head["state"]))
         except (EOFError, KeyError) as error:
             raise InputError(
                 f"this checkpoint is damaged ({error}); remove it to start from scratch", self.path

@@ -5,13 +5,16 @@ import pytest
 
 import photonmap as pm
 from photonmap.film.bias import EVERY, FIRST, is_repeated
+from photonmap.film.replicates import replicate_size
 
 SIZE = (32, 32)
 
 
 def test_pairs_of_passes_are_probed():
+    """The second of a pair is in the next replicate."""
     probed = [index for index in range(100) if is_repeated(index)]
-    assert probed == [FIRST, FIRST + 1, FIRST + EVERY, FIRST + EVERY + 1, 76, 77]
+    assert probed == [FIRST, FIRST + 1, FIRST + EVERY, FIRST + EVERY + 4, 76, 84]
+    assert len({index // replicate_size(index) for index in probed[2:4]}) == 2
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import pytest
 from helpers.estimates import empty_pixels
 
 from photonmap.film.moments import Accumulator
+from photonmap.film.replicates import ONE_PASS
 from photonmap.kernels.core.passes import EMPTY, FIRST_CAUSTIC, FOUND, VIA_CAUSTIC
 from photonmap.kernels.film.moments import GOAL_BUFFERS, add_pass
 from photonmap.runtime.workers import Workers
@@ -107,7 +108,7 @@ def test_each_pixel_counts_its_own_passes(stacked):
         for index, pixels in enumerate(passes):
             for (first, count), last in zip(ends.items(), (20, 30, 40, SIZE), strict=True):
                 if index < count:
-                    add_pass(moments._moments, None, pixels, None, first, last)
+                    add_pass(moments._moments, None, pixels, None, ONE_PASS, first, last)
             moments.count += 1
         buffers, errors = moments.finish(2.0)
         assert moments.error() == np.inf

@@ -36,8 +36,9 @@ def setup_of(compiled, workers, film=None, photons=4096, seed=1):
 def pass_means(scene, method, count, bands="rgb", photons=3000, seed=1):
     """Emission, direct and indirect light of quarters of the image in each pass, (n, 3, 2, 2, N).
 
-    Passes are independent, so that their spread gives the error of a mean. Errors of pixels do not:
-    pixels share photons and point sets, and errors of their mean are up to 2.4 times as large.
+    Passes are independent, so that their spread gives the error of a mean; those of a replicate are
+    not, and make it hardly too large. Errors of pixels do not: pixels share photons and point sets,
+    and errors of their mean are up to 2.4 times as large.
     """
     compiled = compile_scene(scene, Bands.parse(bands))
     found = []

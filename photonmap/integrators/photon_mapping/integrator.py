@@ -1,8 +1,9 @@
 """Photon mapping: photons → radiosity cache and caustic map → camera pass → irradiance sharing.
 
-A pass depends on the seed and its own number alone, so passes are independent estimates and the
-same for any number of threads. From pass to pass, cells, disks and footprints shrink, so the answer
-converges to the truth (Knaus and Zwicker 2011).
+A pass depends on the seed and its own number alone, and is the same for any number of threads. Its
+photons are its own; the samples of a pixel go on through the passes of a replicate. From pass to
+pass, cells, disks and footprints shrink, so the answer converges to the truth (Knaus and Zwicker
+2011).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from photonmap.film.bias import footprint_width
+from photonmap.film.replicates import replicate_place, replicate_size
 from photonmap.integrators.adaptive_sampling import WARM_UP_PASSES, resize, scale_plan
 from photonmap.integrators.base import (
     Counters,
@@ -47,7 +49,7 @@ from photonmap.kernels.film.irradiance_sharing import (
     share_fluorescence,
     share_irradiance,
 )
-from photonmap.kernels.integrators.camera_pass import camera_pass
+from photonmap.kernels.integrators.camera_pass import Turn, camera_pass
 
 
 class PhotonIntegrator:
@@ -111,7 +113,10 @@ class PhotonIntegrator:
         with self._setting_up():
             plan = self._scaled_plan(index)
         job = self._job(index, photon_maps, plan)
-        rays = setup.render_pixels(lambda span, own: camera_pass(job, span, own, self._estimate))
+        turn = Turn(replicate_place(index), replicate_size(index))
+        rays = setup.render_pixels(
+            lambda span, own: camera_pass(job, turn, span, own, self._estimate)
+        )
         self.counters.add_rays(**rays)
         if photon_maps.caustics is not None and photon_maps.caustics.connected > 0.0:
             self.counters.add_rays(shadow=connect(setup, job, self._estimate))
@@ -119,10 +124,10 @@ class PhotonIntegrator:
 
     def _job(self, index: int, photon_maps: PhotonMaps, plan: SamplingPlan) -> CameraPass:
         setup = self._setup
-        key, scene = setup.key(index, Domain.CAMERA), setup.scene(index)
+        first, scene = index - replicate_place(index), setup.scene(index)
         if photon_maps.caustics is None and scene.specular is not None:
             photon_maps = photon_maps._replace(caustics=absent(CausticMap))
-        return CameraPass(scene, photon_maps, setup.view, plan, key)
+        return CameraPass(scene, photon_maps, setup.view, plan, setup.key(first, Domain.CAMERA))
 
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
         """Share indirect irradiance between neighbouring pixels of one surface."""
@@ -180,7 +185,8 @@ class PhotonIntegrator:
         scales = self.sample_scales
         if scales is None or index < WARM_UP_PASSES or not scales.any():
             return self.plan
-        return scale_plan(self.plan, scales[index % 2], self._setup.spreads)
+        half = index // replicate_size(index) % 2
+        return scale_plan(self.plan, scales[half], self._setup.spreads)
 
     @cached_property
     def traces_paths_instead(self) -> bool:
