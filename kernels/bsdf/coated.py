@@ -56,7 +56,9 @@ def coat_at(geometry, scattering, surface):
     weight = weight_at(geometry, scattering, hit)
     lobe, through = lobe_at(geometry, coats, hit)
     if coats.relief is not None and coats.own[geometry.material[hit.triangle]] != 0:
-        normal = interpolated_normal(geometry, hit, surface.ng, surface.side)
+        normal = interpolated_normal(
+            geometry.shading_normals, geometry.triangles, hit, surface.ng, surface.side
+        )
         normal = turned_normal(geometry, coats.relief, hit, normal, surface.side)
     return Coat(weight, lobe, through, normal)
 

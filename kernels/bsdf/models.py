@@ -60,8 +60,8 @@ def model_at(scene, triangle):
 @jit
 def with_number(surface, model):
     """Return a surface whose directions are drawn by a model."""
-    point, ng, ns, side, hit, arrival, _ = surface
-    return SurfaceInteraction(point, ng, ns, side, hit, arrival, np.int64(model))
+    point, site, ng, ns, side, hit, arrival, _ = surface
+    return SurfaceInteraction(point, site, ng, ns, side, hit, arrival, np.int64(model))
 
 
 @jit
@@ -220,8 +220,9 @@ def _toward_light(coats, surface, direction):
     """Return the surface as light meets it, and wi: turned for coats with normals of their own."""
     if coats is None or coats.relief is None:
         return surface, direction
-    point, ng, ns, side, hit, _, model = surface
-    turned = SurfaceInteraction(point, ng, ns, side, hit, vec.scale(direction, -1.0), model)
+    point, site, ng, ns, side, hit, _, model = surface
+    arrival = vec.scale(direction, -1.0)
+    turned = SurfaceInteraction(point, site, ng, ns, side, hit, arrival, model)
     return turned, departure(surface)
 
 

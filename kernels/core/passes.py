@@ -60,6 +60,7 @@ class SurfaceInteraction(NamedTuple):
     """A surface point, seen from where a ray arrived; made by `geometry.interaction`."""
 
     point: tuple  # offset to the side of the arrival, ready to be a ray's origin
+    site: tuple  # the same on the surface itself, from where lights at a point are seen
     ng: tuple  # geometric normal on that side
     ns: tuple  # shading normal; it may lean beyond the horizon of ng
     side: int  # 0 at the front of the triangle, 1 at its back

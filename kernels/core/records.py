@@ -190,6 +190,8 @@ class Geometry(NamedTuple):
     uv: float32[:, ::1]  # (V, 2), (0, 2) in a scene without textures
     alpha: Alpha | None  # None where all surfaces are opaque
     relief: Relief | None  # None where nothing turns shading normals
+    corners: float64[:, ::1]  # (V, 3), `vertices` exactly; (0, 3) where all emitters have an area
+    corner_normals: float64[:, ::1]  # (V, 3), `shading_normals` exactly; (0, 3) likewise
 
 
 @by_reference

@@ -88,14 +88,14 @@ def trace_camera_ray(job, pixel, position, index, weight, pixels, rays):
     """Cast the camera ray of a position in a pixel, and add the emission that it sees.
 
     `index` numbers the point of the lens that it leaves, if there is a lens. Returns its hit, whose
-    triangle is -1 where it meets nothing, and its direction. `rays` counts it.
+    triangle is -1 where it meets nothing, and the ray. `rays` counts it.
     """
     geometry, lights, width = job.scene.geometry, job.scene.lights, job.eye.film.width
     x, y = pixel % width + position[0], pixel // width + position[1]
     ray = generate_lens_ray(job.eye.camera, x, y, index, job.key)
     hit = first_hit(geometry, ray)
     if is_dark(ray):
-        return hit, ray.direction
+        return hit, ray
     rays[passes.CAMERA] += 1
     emitter, position = visible_emitter(geometry, lights, hit, ray.direction)
     if emitter >= 0:
@@ -103,7 +103,7 @@ def trace_camera_ray(job, pixel, position, index, weight, pixels, rays):
         add_emission(pixels.emission, pixel, lights, emission, weight)
     if hit.triangle >= 0:
         pixels.coverage[pixel] += weight
-    return hit, ray.direction
+    return hit, ray
 
 
 @jit

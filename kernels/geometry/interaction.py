@@ -4,7 +4,7 @@ import math
 
 from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit
-from photonmap.kernels.core.passes import SurfaceInteraction
+from photonmap.kernels.core.passes import Hit, SurfaceInteraction
 from photonmap.kernels.geometry.relief import turned_normal
 
 # How far a hit computed in float32 can be from its triangle, relative to the coordinates that
@@ -12,6 +12,7 @@ from photonmap.kernels.geometry.relief import turned_normal
 HIT_ERROR = 12.0 * 2.0**-24
 LEAST_OFFSET = 2.0**-40
 LEAST_BARYCENTRIC = 2.0**-20
+MOST_ROUNDED = 2.0**-10  # By how much barycentrics in float32 may be wrong
 
 
 @jit
@@ -55,11 +56,11 @@ def offset(point, size, normal):
 
 
 @jit
-def interpolated_normal(geometry, hit, ng, side):
-    """Return the interpolated normal on the side of ng; ng itself where the mesh is flat."""
-    if geometry.shading_normals.shape[0] == 0:
+def interpolated_normal(normals, triangles, hit, ng, side):
+    """Return one of normals, (V, 3), interpolated, on the side of ng; ng where the mesh is flat."""
+    if normals.shape[0] == 0:
         return ng
-    n = vec.interpolated(geometry.shading_normals, geometry.triangles, hit)
+    n = vec.interpolated(normals, triangles, hit)
     length = math.sqrt(vec.dot(n, n))
     if length < 1e-6:
         return ng
@@ -69,7 +70,7 @@ def interpolated_normal(geometry, hit, ng, side):
 @jit
 def shading_normal(geometry, hit, ng, side):
     """Return the normal on the side of ng that light is reflected by: interpolated, then turned."""
-    n = interpolated_normal(geometry, hit, ng, side)
+    n = interpolated_normal(geometry.shading_normals, geometry.triangles, hit, ng, side)
     return turned_normal(geometry, geometry.relief, hit, n, side)
 
 
@@ -83,4 +84,36 @@ def surface_interaction(geometry, hit, direction):
     u, v = max(hit.u, LEAST_BARYCENTRIC), max(hit.v, LEAST_BARYCENTRIC)
     excess = max(u + v - (1.0 - LEAST_BARYCENTRIC), 0.0)
     point, size = point_at(geometry, hit.triangle, u - 0.5 * excess, v - 0.5 * excess)
-    return SurfaceInteraction(offset(point, size, ng), ng, ns, side, hit, direction, 0)
+    return SurfaceInteraction(offset(point, size, ng), point, ng, ns, side, hit, direction, 0)
+
+
+@jit
+def first_interaction(geometry, hit, ray):
+    """Return the `SurfaceInteraction` of a camera's ray.
+
+    Where lights have no area, no samples hide that hits and vertices are rounded to float32, which
+    shows near them, at grazing angles and at the edges of cones. The ray meets the scene itself
+    there; but relief turns rounded normals.
+    """
+    if geometry.corners.shape[0] == 0:
+        return surface_interaction(geometry, hit, ray.direction)
+    p0 = vec.row(geometry.corners, geometry.triangles[hit.triangle, 0])
+    first = vec.sub(vec.row(geometry.corners, geometry.triangles[hit.triangle, 1]), p0)
+    second = vec.sub(vec.row(geometry.corners, geometry.triangles[hit.triangle, 2]), p0)
+    normal = vec.cross(first, second)
+    advance = vec.dot(vec.sub(p0, ray.origin), normal) / vec.dot(ray.direction, normal)
+    site = vec.add(ray.origin, vec.scale(ray.direction, advance))
+    step, inverse = vec.sub(site, p0), 1.0 / vec.dot(normal, normal)
+    u = vec.dot(vec.cross(step, second), normal) * inverse
+    v = vec.dot(vec.cross(first, step), normal) * inverse
+    if not abs(u - hit.u) + abs(v - hit.v) < MOST_ROUNDED:
+        return surface_interaction(geometry, hit, ray.direction)  # edge-on
+    hit = Hit(hit.triangle, u, v, advance)
+    rounded = surface_interaction(geometry, hit, ray.direction)
+    ng = vec.scale(vec.normalize(normal), 1.0 - 2.0 * rounded.side)
+    ns = rounded.ns
+    if geometry.relief is None:
+        ns = interpolated_normal(geometry.corner_normals, geometry.triangles, hit, ng, rounded.side)
+    return SurfaceInteraction(
+        rounded.point, site, ng, ns, rounded.side, hit, ray.direction, rounded.model
+    )

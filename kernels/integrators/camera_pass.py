@@ -22,7 +22,7 @@ from photonmap.kernels.film.pixels import (
     trace_camera_ray,
     update_plane,
 )
-from photonmap.kernels.geometry.interaction import surface_interaction
+from photonmap.kernels.geometry.interaction import first_interaction
 from photonmap.kernels.integrators.final_gather import light_keys
 from photonmap.kernels.integrators.fluorescent_path import missed_levels
 from photonmap.kernels.integrators.irradiance import (
@@ -50,12 +50,10 @@ def _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches)
     scene, pixels = job.scene, estimate.pixels
     position = sobol_2d(index, keys[0]) if job.eye.film.jitter else CENTRE
     is_first = pixels.coverage[pixel] == 0.0
-    hit, direction = trace_camera_ray(
-        job, pixel, position, index, weight, pixels, scratches.own.rays
-    )
+    hit, ray = trace_camera_ray(job, pixel, position, index, weight, pixels, scratches.own.rays)
     if hit.triangle < 0:
         return
-    surface = surface_interaction(scene.geometry, hit, direction)
+    surface = first_interaction(scene.geometry, hit, ray)
     update_plane(pixels.plane, pixel, is_first, surface.point, surface.ns)
     if specular_probability(scene, hit.triangle) < 1.0:
         shifts = begin_shifts(
@@ -68,7 +66,7 @@ def _render_sample(job, keys, pixel, index, weight, budget, estimate, scratches)
             add_disks(scene, job.photon_maps.caustics, surface, scratches)
         add_reflected(scene, surface, weight, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, weight, budget, ALL_LOBES)
-    view_specular_chains(job, (hit, direction), chain, estimate, scratches)
+    view_specular_chains(job, (hit, ray.direction), chain, estimate, scratches)
     pixels.lookups[pixel] |= missed_levels(scene, scratches.own)
 
 
@@ -104,17 +102,17 @@ def _render_path(job, bounces, pixel, index, weight, state, estimate, scratches)
     x, state = draw(state)
     y, state = draw(state)
     position = (x, y) if job.eye.film.jitter else CENTRE
-    hit, direction = trace_camera_ray(
+    hit, ray = trace_camera_ray(
         job, pixel, position, index, weight, estimate.pixels, scratches.own.rays
     )
     if hit.triangle < 0:
         return state
     if specular_probability(scene, hit.triangle) < 1.0:
-        surface = surface_interaction(scene.geometry, hit, direction)
+        surface = first_interaction(scene.geometry, hit, ray)
         state = trace_irradiance(scene, job.photon_maps, surface, bounces, state, scratches)
         add_reflected(scene, surface, weight, pixel, scratches, estimate)
     chain = Chain(job.key, index, pixel, weight, ONE, ALL_LOBES)
-    view_specular_chains(job, (hit, direction), chain, estimate, scratches)
+    view_specular_chains(job, (hit, ray.direction), chain, estimate, scratches)
     estimate.pixels.lookups[pixel] |= missed_levels(scene, scratches.own)
     return state
 

@@ -18,6 +18,7 @@ class ViewPoint(NamedTuple):
     """What a light sample needs to know of a surface that the camera sees."""
 
     point: tuple
+    site: tuple
     ng: tuple
     ns: tuple
 
@@ -71,7 +72,8 @@ def reaches_view(scene, key, paths, bounces, cdf, points, normals):
         u, state = draw(state)
         v, state = draw(state)
         ng = vec.row(normals, index % len(points))
-        viewed = ViewPoint(vec.row(points, index % len(points)), ng, ng)
+        point = vec.row(points, index % len(points))
+        viewed = ViewPoint(point, point, ng, ng)
         prepare_direct(scene, viewed, cdf)
         if sample_direct(scene, viewed, cdf, u, v, 1).weight > 0.0:
             return True

@@ -62,7 +62,8 @@ def _surface_on(geometry, hit, arrival, crossed):
     sign, side = (-1.0, 1 - arrival.side) if crossed else (1.0, arrival.side)
     ng, ns = vec.scale(arrival.ng, sign), vec.scale(arrival.n, sign)
     point, size = point_at(geometry, hit.triangle, hit.u, hit.v)
-    return SurfaceInteraction(offset(point, size, ng), ng, ns, side, hit, arrival.direction, 0)
+    apart = offset(point, size, ng)
+    return SurfaceInteraction(apart, point, ng, ns, side, hit, arrival.direction, 0)
 
 
 @jit

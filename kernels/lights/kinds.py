@@ -42,6 +42,9 @@ def numbers_where(**traits: bool) -> list[int]:
     ]
 
 
+WITHOUT_AREA = numbers_where(has_area=False)
+"""Values of `Lights.kind` of emitters whose light arrives from one direction, or from a few"""
+
 _modules = [kind.functions for kind in KINDS.values()]
 _kind = "lights.kind[emitter]"
 importance = by_number(_modules, "importance", "geometry, lights, emitter, at, ns", _kind)

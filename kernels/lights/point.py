@@ -8,6 +8,7 @@ from photonmap.kernels.lights.samples import NOWHERE, LightSample, PhotonStart, 
 from photonmap.kernels.lights.samples import NoParameters as Parameters  # noqa: F401
 
 TINY = 1e-30
+NEAREST = 2.0**-24  # Distance to a light at which light stops growing
 
 
 @jit
@@ -28,12 +29,13 @@ def importance(geometry, lights, emitter, at, ns):
 @jit
 def sample_position(position, surface):
     """Return the `LightSample` of a position of intensity 1."""
-    segment = vec.sub(position, surface.point)
-    squared = vec.dot(segment, segment)
+    step = vec.sub(position, surface.site)
+    squared = vec.dot(step, step)
     if squared == 0.0:
         return no_sample(surface.ns)
-    direction = vec.scale(segment, 1.0 / math.sqrt(squared))
-    return LightSample(segment, 1.0, direction, 1.0 / squared, 0.0, NOWHERE)
+    direction = vec.scale(step, 1.0 / math.sqrt(squared))
+    segment, weight = vec.sub(position, surface.point), 1.0 / max(squared, NEAREST * NEAREST)
+    return LightSample(segment, 1.0, direction, weight, 0.0, NOWHERE)
 
 
 @jit

@@ -131,7 +131,7 @@ def join_meshes(
     """
     starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
     vertices = np.concatenate([(mesh.vertices - frame.center) / frame.size for mesh in meshes])
-    vertices = vertices.astype(np.float32)
+    corners, vertices = vertices, vertices.astype(np.float32)
     triangles = np.concatenate(
         [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
     )
@@ -144,18 +144,23 @@ def join_meshes(
     normals, length = normals[sound], length[sound]
     none = np.empty(0, np.int32)
     smooth = [mesh.unit_normals for mesh in meshes]
+    leaning = _join_rows(meshes, smooth, 3, any(rows is not None for rows in smooth))
     coordinates = [mesh.uv if mesh.material.uses_uv else None for mesh in meshes]
     return records.Geometry(
         scene=0,
         vertices=vertices,
         triangles=triangles.astype(np.int32),
         normals=(normals / length[:, None]).astype(np.float32),
-        shading_normals=_join_rows(meshes, smooth, 3, any(rows is not None for rows in smooth)),
+        shading_normals=leaning.astype(np.float32),
         material=none,
         emitter=none,
-        uv=_join_rows(meshes, coordinates, 2, any(mesh.material.uses_uv for mesh in meshes)),
+        uv=_join_rows(meshes, coordinates, 2, any(mesh.material.uses_uv for mesh in meshes)).astype(
+            np.float32
+        ),
         alpha=None,
         relief=None,
+        corners=corners,
+        corner_normals=leaning,
     ), owner
 
 
@@ -169,15 +174,13 @@ def _find_sound(length: Floats) -> NDArray[np.bool_]:
     return sound
 
 
-def _join_rows(
-    meshes: list[Mesh], rows: list[Floats | None], columns: int, wanted: bool
-) -> NDArray[np.float32]:
+def _join_rows(meshes: list[Mesh], rows: list[Floats | None], columns: int, wanted: bool) -> Floats:
     """Return rows of all vertices, 0 where a mesh has none; (0, columns) unless they are wanted."""
     if not wanted:
-        return np.zeros((0, columns), np.float32)
+        return np.zeros((0, columns))
     pairs = zip(meshes, rows, strict=True)
     parts = [np.zeros((len(mesh.vertices), columns)) if row is None else row for mesh, row in pairs]
-    return np.concatenate(parts).astype(np.float32)
+    return np.concatenate(parts)
 
 
 def without_strays(mesh: Mesh) -> Mesh:

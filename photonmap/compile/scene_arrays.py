@@ -32,6 +32,7 @@ from photonmap.kernels.core import passes, records
 from photonmap.kernels.core.jit import CACHE_FOLDER
 from photonmap.kernels.core.record_types import with_absent
 from photonmap.kernels.geometry.embree import EmbreeScene
+from photonmap.kernels.lights import kinds
 from photonmap.runtime.fingerprint import digest
 from photonmap.scene.camera import Camera, check_camera
 from photonmap.scene.material import Material
@@ -176,7 +177,7 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
     alpha, relief = table.holes(compiled.panes), reliefs.of_surfaces(materials)
     geometry = geometry._replace(emitter=emitters.of_triangle, alpha=alpha, relief=relief)
     return CompiledScene(
-        geometry=geometry,
+        geometry=_with_corners(geometry, emitters.lights),
         materials=compiled.diffuse,
         lights=emitters.lights,
         specular=specular and specular._replace(media=media),
@@ -198,6 +199,13 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
         material_names=[material.name for material in materials],
         images=table.images,
     )
+
+
+def _with_corners(geometry: records.Geometry, lights: records.Lights) -> records.Geometry:
+    """Leave out exact vertices and normals where all emitters have an area."""
+    if np.isin(lights.kind, kinds.WITHOUT_AREA).any():
+        return geometry
+    return geometry._replace(corners=np.empty((0, 3)), corner_normals=np.empty((0, 3)))
 
 
 def _look(scene: Scene, vertices: Floats, aspect: float) -> tuple[Camera, Frame]:

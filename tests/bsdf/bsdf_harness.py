@@ -28,6 +28,7 @@ ALBEDOS = (0.2, 0.7, 1.0)
 COSINES = (1.0, 0.5, 0.08)
 """Of the angles between normal and wo."""
 SAMPLES = 20_000
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 class Case(NamedTuple):
@@ -102,6 +103,8 @@ def make_scene(case):
         uv=np.ascontiguousarray(np.eye(3) @ FRAME[:2].T, np.float32),
         alpha=None,
         relief=None,
+        corners=np.zeros((0, 3)),
+        corner_normals=np.zeros((0, 3)),
     )
     scattering = _bare(case)
     look = _material(case)
@@ -233,7 +236,7 @@ def _evaluate_all(scene, model, n, wi, wo, values, densities):
     hit = Hit(0, 0.3, 0.3, 1.0)
     for i in range(len(wi)):
         arrival = vec.scale(vec.row(wo, i), -3.0)
-        surface = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, model)
+        surface = SurfaceInteraction(ORIGIN, ORIGIN, n, n, 0, hit, arrival, model)
         direction = vec.row(wi, i)
         models.evaluate(scene, surface, direction, values[i])
         densities[i] = models.pdf(scene, surface, direction)
@@ -242,7 +245,7 @@ def _evaluate_all(scene, model, n, wi, wo, values, densities):
 @kernel
 def _sample_all(scene, model, n, wo, key, wi):
     hit, arrival = Hit(0, 0.3, 0.3, 1.0), vec.scale(wo, -3.0)
-    surface = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, model)
+    surface = SurfaceInteraction(ORIGIN, ORIGIN, n, n, 0, hit, arrival, model)
     state = rng.stream(key, 0, 0)
     for i in range(len(wi)):
         u, state = rng.draw(state)
@@ -253,7 +256,7 @@ def _sample_all(scene, model, n, wo, key, wi):
 @kernel
 def _scatter_all(scene, model, n, wo, key, response, flux):
     hit, arrival = Hit(0, 0.3, 0.3, 1.0), vec.scale(wo, -3.0)
-    surface = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, model)
+    surface = SurfaceInteraction(ORIGIN, ORIGIN, n, n, 0, hit, arrival, model)
     state = rng.stream(key, 0, 0)
     for i in range(len(flux)):
         u, state = rng.draw(state)

@@ -6,6 +6,7 @@ from bsdf_harness import (
     CASES,
     COSINES,
     NORMAL,
+    ORIGIN,
     departure,
     evaluate,
     hemisphere,
@@ -36,7 +37,7 @@ def _fill_bases(scene, n, wi, wo, flux, passed, base):
     hit = Hit(0, 0.3, 0.3, 1.0)
     for i in range(len(wi)):
         arrival = vec.scale(vec.row(wi, i), -2.0)
-        at = SurfaceInteraction((0.0, 0.0, 0.0), n, n, 0, hit, arrival, models.GLOSSY)
+        at = SurfaceInteraction(ORIGIN, ORIGIN, n, n, 0, hit, arrival, models.GLOSSY)
         fill_base_flux(scene, at, 1.0, flux, base[i], passed)
         found = glossy.lobe_at(scene.geometry, scene.scattering, hit)
         passed[:] = 1.0

@@ -96,7 +96,7 @@ def _sample_all(geometry, lights, emitter, points, ns, key, directions, columns)
         u, state = rng.draw(state)
         v, state = rng.draw(state)
         point = vec.row(points, i)
-        surface = SurfaceInteraction(point, ns, ns, 0, hit, (0.0, -1.0, 0.0), 0)
+        surface = SurfaceInteraction(point, point, ns, ns, 0, hit, (0.0, -1.0, 0.0), 0)
         sample = kinds.sample_towards(geometry, lights, emitter, surface, u, v)
         columns[i, 0], columns[i, 1], columns[i, 2] = sample.weight, sample.pdf, sample.length
         columns[i, 3] = kinds.importance(geometry, lights, emitter, point, ns)
