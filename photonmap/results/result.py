@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +30,7 @@ from photonmap.results.labels import Arrays, Groups
 from photonmap.results.plots import Plots
 from photonmap.runtime.options import read_list
 from photonmap.runtime.wording import listed, shown
-from photonmap.runtime.writing import removing_part
+from photonmap.runtime.writing import replacing_target
 from photonmap.spectra.bands import Bands
 
 
@@ -313,9 +312,8 @@ class Result(Plots):
         ------
         OSError : writing fails
         """
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        with removing_part(path, sum(image.nbytes for image in self.arrays.values())):
-            write_exr(self._contents, path, self.projector(), halves)
+        with replacing_target(path, sum(image.nbytes for image in self.arrays.values())) as draft:
+            write_exr(self._contents, draft, self.projector(), halves)
 
     def save_layers(self, path: str | PathLike[str], white: White = SCENE) -> None:
         """Write all buffers as layers of one OpenEXR in linear sRGB, for compositors.
@@ -336,8 +334,8 @@ class Result(Plots):
         colors = {name: self.rgb(name, white=white) for name in self.buffers if is_banded(name)}
         others = {name: image for name, image in self.buffers.items() if not is_banded(name)}
         size = sum(image.nbytes for image in (*colors.values(), *others.values()))
-        with removing_part(path, size):
-            write_layers(colors, others, path)
+        with replacing_target(path, size) as draft:
+            write_layers(colors, others, draft)
 
     @property
     def _contents(self) -> Contents:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from photonmap.errors import InputError, warn
 from photonmap.runtime.fingerprint import difference
 from photonmap.runtime.wording import shown
-from photonmap.runtime.writing import check_length, check_writable
+from photonmap.runtime.writing import check_length, check_writable, naming_written
 
 EVERY = 60.0
 """Seconds between saves, at least."""
@@ -119,19 +119,19 @@ class Checkpoint:
             self._write(arrays, state)
             self._saved, self._failed = state["passes"], False
         except (OSError, KeyboardInterrupt) as error:
-            reason = getattr(error, "strerror", None) or "interrupted"
             if not self._failed:
-                warn(f"{self.path}: pass {state['passes']} was not saved ({reason})")
+                reason = error if isinstance(error, OSError) else "interrupted"
+                warn(f"{self.path}: pass {state['passes']} was not saved: {reason}")
             self._failed = True
         spent = time.monotonic() - start
         self.seconds += spent
         self._next = time.monotonic() + max(EVERY, spent / MOST_SHARE)
 
     def _write(self, arrays: Arrays, state: dict[str, Any]) -> None:
-        part = _part_of(self.path)
+        part, size = _part_of(self.path), sum(array.nbytes for array in arrays.values())
         self.path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with part.open("wb") as file:
+            with naming_written(self.path, size, part), part.open("wb") as file:
                 _write_all(file, self._fingerprint, arrays, state)
                 file.flush()
                 os.fsync(file.fileno())

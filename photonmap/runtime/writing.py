@@ -153,22 +153,6 @@ def _megabytes(size: float) -> str:
 
 
 @contextmanager
-def removing_part(path: str | PathLike[str], size: float) -> Iterator[None]:
-    """Have a file removed that a disk has no room for, and errors as of `naming_written`.
-
-    The file is written in place, so links are followed.
-    """
-    path = Path(path)
-    try:
-        with naming_written(path, size, path):
-            yield
-    except OSError:
-        if path.is_file() and not path.is_symlink():
-            path.unlink()
-        raise
-
-
-@contextmanager
 def drafts_beside(
     wanted: str | PathLike[str], size: float | None = None, place: Path | None = None
 ) -> Iterator[Path]:
@@ -213,3 +197,18 @@ def replacing(path: str | PathLike[str], size: float | None = None) -> Iterator[
     path = Path(path)
     with written_together(path.parent, path, size) as made:
         yield made / path.name
+
+
+@contextmanager
+def replacing_target(path: str | PathLike[str], size: float) -> Iterator[Path]:
+    """Yield a path as `replacing` does, but for the file that a link leads to.
+
+    What is no file, such as a device, is written in place.
+    """
+    target = Path(path).resolve()
+    if target.exists() and not target.is_file():
+        with naming_written(path, size):
+            yield Path(path)
+        return
+    with written_together(target.parent, Path(path), size) as made:
+        yield made / target.name

@@ -125,6 +125,10 @@ def test_images_that_are_no_longer_asked_for(tmp_path, capsys):
         assert main([*make, "--resume"]) == 0
         lost = r"; those .* leave its list \(2: room-0-two_mixed-\w+ and 1 more\)$"
         assert re.search(kept + lost, capsys.readouterr().err, re.M)
+        lines = folder / "manifest.jsonl"
+        lines.write_bytes(lines.read_bytes()[:-50])  # a full disk took a part of an entry
+        with pytest.raises(pm.InputError, match=r"jsonl: cannot be read .* with --resume"):
+            dataset.open(folder)
         assert main([*make, "--resume"]) == 0
         assert re.search(kept + "$", capsys.readouterr().err, re.M)
     images = dataset.open(folder)

@@ -229,6 +229,20 @@ def write(folder, files):
     return folder / ("a.toml" if "a.toml" in files else next(iter(files)))
 
 
+def instances(count, prims=0):
+    """A USD stage with copies of a cube, and spheres of their own: few bytes each."""
+    places = ", ".join(["(0, 0, 0)"] * count)
+    text = f"""#usda 1.0
+def PointInstancer "a" {{
+    int[] protoIndices = [{", ".join("0" * count)}]
+    point3f[] positions = [{places}]
+    rel prototypes = </a/b>
+    def Cube "b" {{}}
+}}
+"""
+    return {"a.usda": text + repeated('def Sphere "s{}" {{}}\n', prims)}
+
+
 def nothing(rows=300_000_000):
     """A PLY file that announces rows of an element without properties."""
     head = VERTEX.format(3) + FACE.format(1) + f"element nothing {rows}\n"

@@ -4,6 +4,7 @@ import json
 import sys
 import tracemalloc
 import warnings
+from importlib.util import find_spec
 
 import hostile
 import numpy as np
@@ -227,6 +228,8 @@ def test_what_is_shown_several_times_fits_into_free_memory(tmp_path, monkeypatch
     budget.spend(900_000)
     with pytest.raises(InputError, match=r"a\.glb: .* needs more than the 0\.0 GB of memory"):
         budget.spend(200_000)
-    for kind in ("glTF: nodes", "XML: shapes"):
-        scene = hostile.write(tmp_path, hostile.GROWING[kind](6000))
-        assert "needs more than the 0.0 GB of memory that are free" in load(scene)
+    many = [hostile.GROWING[kind](6000) for kind in ("glTF: nodes", "XML: shapes")]
+    many += [hostile.instances(500), hostile.instances(0, 8)] if find_spec("pxr") else []
+    for files in many:
+        said = load(hostile.write(tmp_path, files))
+        assert "needs more than the 0.0 GB of memory that are free" in said

@@ -9,6 +9,9 @@ import copy
 import json
 import os
 import re
+import resource
+import signal
+import tempfile
 import tomllib
 import warnings
 import zlib
@@ -19,14 +22,19 @@ import hostile
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.opens import opening_only_in
 
 import photonmap as pm
 
 EXAMPLES = os.environ.get("PHOTONMAP_EXAMPLES")
 COUNTS = [10 * int(EXAMPLES)] if EXAMPLES else [30, *slow(600)]
 SEED = int(os.environ.get("PHOTONMAP_SEED", "0"))
+SECONDS = 10
+"""Of processors' time for one file"""
+MEMORY = 256 << 20
+"""Bytes for one file, as small as these are"""
 ODD = [-1, 0, 1, 3, 255, 65536, 2**31, 2**40, 10**19, 1e-40, 1e38, 1e300, 0.5, None, True, "", "a"]
-ODD += ["\x1b[2J", "../a.obj", "\ud800", [], {}, [[]], [1e9] * 3, {"a": 0}]
+ODD += ["\x1b[2J", "../a.obj", "../a.png", "\ud800", [], {}, [[]], [1e9] * 3, {"a": 0}]
 WORDS = [
     "-1",
     "0",
@@ -42,6 +50,9 @@ WORDS = [
     "{",
     '"',
     "#",
+    "../a.obj",
+    "../a.mtl",
+    "../a.png",
 ]
 XML = """<scene version="3.0.0"><default name="r" value="2"/>
 <bsdf type="twosided" id="red"><bsdf type="diffuse"><rgb name="reflectance" value=".8 .1 .1"/>
@@ -230,28 +241,52 @@ READERS = {
 }
 
 
+def stop(*_):
+    raise TimeoutError(f"took more than {SECONDS} s of processors' time")
+
+
+def load(path):
+    """Load a scene; return whether it could be read, and all that was said."""
+    with warnings.catch_warnings(record=True) as issued:
+        warnings.simplefilter("always")
+        try:
+            scene = pm.load_scene(path)
+        except pm.InputError as error:
+            return False, [str(error)]
+    said = [str(each.message) for each in issued]
+    return all(np.isfinite(mesh.vertices).all() for mesh in scene.meshes), said
+
+
 @pytest.mark.parametrize("count", COUNTS)
 @pytest.mark.parametrize("reader", READERS)
-def test_what_files_say_is_read_or_refused_in_one_line(reader, count, tmp_path):
+def test_what_files_say_is_read_or_refused_in_one_line(reader, count, tmp_path, monkeypatch):
     name, change = READERS[reader]
     if reader == "usd":
         pytest.importorskip("pxr")
-    sound = {"a.mtl": MTL, "a.png": hostile.png(1, 1, PIXEL)}
-    sound |= {"a.obj": OBJ} if reader in ("mtl", "toml") else {}
+    sound = {"a.mtl": MTL, "a.png": hostile.png(1, 1, PIXEL), "a.obj": OBJ}
+    hostile.write(tmp_path, sound)  # to be found by ../
+    scene, temporary = tmp_path / "scene", tmp_path / "temporary"
+    scene.mkdir()
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    signal.signal(signal.SIGPROF, stop)
     rng, read = np.random.default_rng([SEED, len(reader)]), 0
+    hostile.write(scene, {**sound, name: ""})
+    load(scene / name)  # what is imported and made once
+    least = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for number in range(count):
         text = change(rng)
-        hostile.write(tmp_path, {**sound, name: text})
+        hostile.write(scene, {**sound, name: text})
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                scene = pm.load_scene(tmp_path / ("a.obj" if reader == "mtl" else name))
-            read += all(np.isfinite(mesh.vertices).all() for mesh in scene.meshes)
-        except pm.InputError as error:
-            said = str(error)
-            assert not [each for each in hostile.HIDDEN if each in said], (number, text)
-            assert len(said) < 1000, (number, text)
-            assert "GB of memory" not in said, (number, text)
+            signal.setitimer(signal.ITIMER_PROF, SECONDS)
+            with opening_only_in(scene):
+                found, said = load(scene / ("a.obj" if reader == "mtl" else name))
+            signal.setitimer(signal.ITIMER_PROF, 0)
+            read += found
+            assert not [each for each in hostile.HIDDEN for text in said if each in text]
+            assert max(map(len, said), default=0) < (10_000 if found else 1000)
+            assert not any("GB of memory" in text for text in said)
+            assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - least < MEMORY >> 10
         except Exception as error:
             raise AssertionError(f"{reader} {number}: {text}") from error
     assert read or count < 100

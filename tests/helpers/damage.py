@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from mitsuba_files import serialized
+from opens import opening_only_in
 
 from photonmap.commands import main as cli
 
@@ -193,7 +194,8 @@ def damaged_files(folder, kind, rng, count):
         messages = ""
         signal.setitimer(signal.ITIMER_PROF, SECONDS)
         try:
-            code, messages = render(scene, folder / "out.exr")
+            with opening_only_in(folder):
+                code, messages = render(scene, folder / "out.exr")
             wrong = judge(code, messages, before, sorted(folder.iterdir()))
         except BaseException as error:  # a finding, whatever it is
             wrong = f"raises {type(error).__name__}: {error}"

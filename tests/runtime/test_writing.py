@@ -65,12 +65,14 @@ WRITERS = {
 @pytest.mark.parametrize("is_full", [True, False])
 @pytest.mark.parametrize("name", WRITERS)
 def test_every_writer_names_the_file_its_bytes_and_a_remedy(name, is_full, tmp_path, monkeypatch):
-    """Whether the disk is full, or files may not be so large; and nothing is left."""
+    """Whether the disk is full, or files may not be so large; what was there is left."""
     if name == "a.nc":
         pytest.importorskip("h5netcdf")
     if is_full:
         monkeypatch.setattr(writing, "_FULL", (errno.EFBIG,))
         monkeypatch.setattr(shutil, "disk_usage", lambda place: SimpleNamespace(free=1000))
+    if name.endswith(".exr"):
+        (tmp_path / name).write_bytes(b"as before")
     with files_of_at_most(100), pytest.raises(OSError, match="cannot write") as caught:
         WRITERS[name](tmp_path / name)
     text = str(caught.value)
@@ -82,7 +84,17 @@ def test_every_writer_names_the_file_its_bytes_and_a_remedy(name, is_full, tmp_p
     assert re.search(remedies, text)
     assert ".photonmap-" not in text
     left = [path for path in tmp_path.rglob("*") if path.name != "manifest.jsonl"]
-    assert not left
+    assert [path.read_bytes() for path in left] == [b"as before"] * name.endswith(".exr")
+
+
+def test_what_a_link_leads_to_is_replaced(tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link.exr").symlink_to(tmp_path / "there" / "file.exr")
+    for _ in range(2):  # the file is missing at first
+        make().save_exr(tmp_path / "link.exr")
+        assert (tmp_path / "link.exr").is_symlink()
+        assert pm.load_result(tmp_path / "there" / "file.exr").radiance.any()
+    assert len([*tmp_path.rglob("*")]) == 3
 
 
 @given(st.sampled_from([errno.ENOSPC, errno.EDQUOT]), st.none() | st.floats(1.0, 1e15))
@@ -103,9 +115,9 @@ def test_a_file_in_a_folder_of_drafts_is_told_as_the_folder(tmp_path, monkeypatc
     )
     with expected as caught, writing.drafts_beside(tmp_path / "image") as made:
         (made / "others").write_bytes(bytes(4000))
-        with writing.removing_part(made / "bands.exr", 1e6):
-            (made / "bands.exr").write_bytes(bytes(8000))
-            raise OSError(f"full: {made}/bands.exr")
+        with writing.replacing_target(made / "bands.exr", 1e6) as draft:
+            draft.write_bytes(bytes(8000))
+            raise OSError(f"full: {draft}")
     assert ", and 0.009 MB are free; make room" in str(caught.value)
     assert not list(tmp_path.iterdir())
 

@@ -1,6 +1,7 @@
 """Shapes of Mitsuba as meshes: where transformations put them, their size, sides and uv."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -283,6 +284,17 @@ def test_an_obj_file(load):
     np.testing.assert_allclose(
         smooth.normals[first], expected / np.linalg.norm(expected), atol=1e-9
     )
+
+
+def test_a_file_that_many_shapes_name_is_read_once(load, monkeypatch):
+    files, read, whole = {"a.obj": QUAD, "a.serialized": WHOLE}, [], Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read.append(path.name) or whole(path))
+    shapes = [
+        f'<shape type="{name[2:]}"><string name="filename" value="{name}"/></shape>'
+        for name in files
+    ]
+    assert len(load("".join(shapes) * 3, files=files).meshes) == 6
+    assert [name for name in read if name in files] == [*files]
 
 
 def test_a_ply_file(load):

@@ -378,9 +378,12 @@ def _with_normals(part: meshes.Part, is_flat: bool) -> meshes.Part:
     return replace(part, normals=normals)
 
 
-def read_serialized(path: Path, index: int) -> meshes.Part:
-    """Return one of the meshes of a file, without normals if it is to be flat."""
-    data = read_bytes(path)
+def _read_ply(path: Path) -> Mesh:
+    return ply.read(path, ReadOptions()).meshes[0]
+
+
+def read_serialized(path: Path, index: int, data: bytes) -> meshes.Part:
+    """Return one of the meshes in a file's data, without normals if it is to be flat."""
     try:
         magic, version = struct.unpack_from("<HH", data)
         if magic != _MAGIC or version not in _OFFSETS:
@@ -438,9 +441,11 @@ def _begin(path: Path, data: bytes, version: int, index: int) -> int:
 
 
 _FILES: dict[str, Callable[[Node], meshes.Part]] = {
-    "obj": lambda node: _of_file(node, obj.read_shape(node.file()), True),
-    "ply": lambda node: _of_file(node, ply.read(node.file(), ReadOptions()).meshes[0], False),
-    "serialized": lambda node: _turned(read_serialized(node.file(), node.whole("shape_index", 0))),
+    "obj": lambda node: _of_file(node, node.read_file(obj.read_shape), True),
+    "ply": lambda node: _of_file(node, node.read_file(_read_ply), False),
+    "serialized": lambda node: _turned(
+        read_serialized(node.file(), node.whole("shape_index", 0), node.read_file(read_bytes))
+    ),
 }
 _SHAPES: dict[str, Callable[[Node], meshes.Part]] = {
     "rectangle": lambda node: meshes.rectangle(),

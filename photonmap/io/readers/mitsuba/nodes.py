@@ -227,6 +227,9 @@ class Context:
     losses: Losses  # takes what is not simulated
     folders: list[Path] = field(default_factory=list)  # others, in which `<path>` has files sought
     names: dict[str, set[str]] = field(default_factory=dict)  # in use, by kind
+    contents: dict[tuple[Any, Path], Any] = field(
+        default_factory=dict
+    )  # of files, by their readers
 
     @cached_property
     def budget(self) -> Budget:
@@ -326,6 +329,14 @@ class Node:
     def file(self) -> Path:
         """Return the file that its parameter `filename` names."""
         return self.context.find(self.element, self.text("filename"))
+
+    def read_file(self, read: Callable[[Path], T]) -> T:
+        """Return what a reader makes of that file; it reads a file once, however many name it."""
+        path, contents = self.file(), self.context.contents
+        if (read, path) not in contents:
+            contents[read, path] = read(path)
+        found: T = contents[read, path]
+        return found
 
     def text(self, name: str, default: str | None = None) -> str:
         """Return a text; without a default it is required."""

@@ -17,6 +17,7 @@ from photonmap.io.readers.decoding import Ints
 from photonmap.io.readers.usd.lights import is_light
 from photonmap.io.readers.usd.materials import Look
 from photonmap.io.readers.usd.stage import Stage
+from photonmap.runtime.bounds import OF_TRIANGLE
 from photonmap.scene.mesh import Mesh
 from photonmap.scene.textures import is_black
 from photonmap.spectra.curves import Floats
@@ -109,6 +110,7 @@ class Geometry:
             stage.lose("displayOpacity", prim)
         if not prim.IsA(UsdGeom.Mesh):
             part = _SHAPES[prim.GetTypeName()](stage, prim)
+            stage.budget.spend(OF_TRIANGLE * len(part.faces))
             where = {"constant": np.zeros(len(part.vertices), np.int64)}
             if look.colors:
                 part = replace(part, colors=_spread(stage, prim, look.colors, 3, where))
@@ -169,6 +171,8 @@ class Geometry:
         if len(shown) and sizes[chosen[shown]].sum() > MOST_COPIES:
             message = f"its point instancers show more than {MOST_COPIES} meshes"
             raise InputError(f"{message}; export fewer instances")
+        counts = np.array([sum(len(each.part.faces) for each in some) for some in prototypes])
+        stage.budget.spend(OF_TRIANGLE * int(counts[chosen[shown]].sum()) if len(shown) else 0)
         result = []
         for index in shown.tolist():
             whole = matrix @ np.array(moved[index], np.float64).T
@@ -261,6 +265,7 @@ def _read_part(stage: Stage, mesh: Any, look: Look, kept: NDArray[np.bool_]) -> 
     rows = [None if each is None else each[used] for each in (normals, uv, colors)]
     vertices = points[corners[used]]
     order = np.arange(len(vertices))
+    stage.budget.spend(OF_TRIANGLE // 3 * len(order))
     return meshes.cut_polygons(vertices, order, sizes[kept], stage.losses, *rows)
 
 

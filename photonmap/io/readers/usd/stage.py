@@ -17,6 +17,7 @@ import numpy as np
 from photonmap.errors import InputError
 from photonmap.io.readers import decoding
 from photonmap.io.readers.registry import ReadOptions
+from photonmap.runtime.bounds import Budget
 from photonmap.runtime.files import allowed_folder, is_below, named_file, named_image, outside
 from photonmap.runtime.wording import shown
 from photonmap.scene.image_headers import named_space
@@ -49,6 +50,11 @@ class Stage:
     options: ReadOptions  # a user's choices
     losses: decoding.Losses  # takes what is not simulated
     _names: dict[str, int] = field(default_factory=dict)
+
+    @cached_property
+    def budget(self) -> Budget:
+        """What its prims take: packed arrays may be long, and prims shown often."""
+        return Budget(self.path)
 
     def lose(self, what: str, prim: Any) -> None:
         """Note what is not simulated."""
