@@ -6,11 +6,14 @@
     python tools/seed_faults.py --both ../before             # 60 on lines that both checkouts have
     python tools/seed_faults.py --both ../before --run 0:60
     python tools/seed_faults.py --both ../before --run 0:60 --in ../before
+    python tools/seed_faults.py --run 0:60 --results out/faults.txt   # goes on where it stopped
+    python tools/seed_faults.py --run 24 --tests tests/render/test_painted_meshes.py
 
 The list is fixed by a seed: as many faults in each of five parts of the package, at random places.
 A copy of the checkout gets one fault at a time, and tests run until one fails: those of the part
 first, then, unless `--quick`, all. A fault may change nothing that a test could see; such a one
-survives any suite. To compare two suites, each runs on its own sources, with the same faults.
+survives any suite. To compare two suites, each runs on its own sources, with the same faults, and
+with a results file and a `NUMBA_CACHE_DIR` of its own: wrong kernels are compiled into it.
 """
 
 import argparse
@@ -127,8 +130,11 @@ def _between(
     return right.lineno, first, last, f" {SWAPPED[operator]} "
 
 
-def try_fault(fault: Fault, folder: Path, quick: bool) -> str:
-    """Return the first test that fails with a fault in a copy of a checkout; "" for none."""
+def try_fault(fault: Fault, folder: Path, turns: list[list[str]], workers: int) -> str:
+    """Return the first test that fails with a fault in a copy of a checkout; "" for none.
+
+    `turns` are the tests of each run: one follows if the one before catches nothing.
+    """
     places = _lines_of(folder / fault.part)[fault.before.strip()]
     path, number = next(
         (place for place in places if place == (folder / fault.path, fault.line - 1)), places[0]
@@ -139,15 +145,15 @@ def try_fault(fault: Fault, folder: Path, quick: bool) -> str:
     lines[number] = f"{indent}{fault.after.strip()}\n"
     path.write_text("".join(lines), "utf-8")
     try:
-        found = _first_failure(folder, list(PARTS[fault.part]))
-        return found if found or quick else _first_failure(folder, ["tests"])
+        return next(filter(None, (_first_failure(folder, tests, workers) for tests in turns)), "")
     finally:
         path.write_text(right, "utf-8")
 
 
-def _first_failure(folder: Path, tests: list[str]) -> str:
+def _first_failure(folder: Path, tests: list[str], workers: int) -> str:
     """Run tests until one fails; return its name, or "" if none does."""
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-m", "not slow", "-n", "2", *tests]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-m", "not slow", *tests]
+    command += ["-n", str(workers)] if workers > 1 else []
     environment = os.environ | {"PYTHONPATH": str(folder)}
     try:
         done = subprocess.run(
@@ -161,16 +167,32 @@ def _first_failure(folder: Path, tests: list[str]) -> str:
     return failed[0].split(" - ")[0] if failed else f"exit code {done.returncode}"
 
 
-def main() -> None:
-    """List the faults, or try some of them."""
+def read_results(path: Path | None) -> dict[str, str]:
+    """Return what caught each fault, "" for nothing yet, by the lines of a file, if it is there."""
+    if path is None or not path.exists():
+        return {}
+    return dict(line.split("\t") for line in path.read_text("utf-8").splitlines())
+
+
+def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--run", metavar="FIRST:LAST:STEP", help="try these, by number")
     parser.add_argument("--quick", action="store_true", help="run the tests of the part alone")
+    parser.add_argument("--tests", nargs="+", help="run these instead of those of the part")
+    parser.add_argument("--workers", type=int, default=2, help="processes of tests, 2 by default")
     parser.add_argument("--both", type=Path, help="only lines that this checkout has too")
     parser.add_argument(
         "--in", type=Path, help="the checkout that gets them", default=ROOT, dest="root"
     )
-    options = parser.parse_args()
+    parser.add_argument(
+        "--results", type=Path, help="a file to add to; what it says is caught is not tried again"
+    )
+    return parser.parse_args()
+
+
+def main() -> None:
+    """List the faults, or try some of them."""
+    options = _parse()
     faults = find_faults(options.both)
     if options.run is None:
         for number, fault in enumerate(faults):
@@ -178,16 +200,22 @@ def main() -> None:
         return
     first, *rest = map(int, options.run.split(":"))
     caught, tried = 0, range(first, *(rest or [first + 1]))
+    known = read_results(options.results)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "checkout"
         shutil.copytree(options.root, folder, ignore=shutil.ignore_patterns(".git", ".venv", "out"))
         for number in tried:
-            by = try_fault(faults[number], folder, options.quick)
-            caught += bool(by)
-            print(
-                f"{number:2} {faults[number].path}:{faults[number].line}: {by or 'SURVIVED'}",
-                flush=True,
-            )
+            fault = faults[number]
+            name = f"{fault.path}:{fault.line}: {fault.after.strip()}"
+            if not known.get(name):
+                turns = [options.tests or list(PARTS[fault.part])]
+                turns += [] if options.quick or options.tests else [["tests"]]
+                known[name] = try_fault(fault, folder, turns, options.workers)
+                if options.results is not None:
+                    with options.results.open("a", encoding="utf-8") as file:
+                        file.write(f"{name}\t{known[name]}\n")
+            caught += bool(known[name])
+            print(f"{number:2} {name}: {known[name] or 'SURVIVED'}", flush=True)
     print(f"{caught} of {len(tried)} caught")
 
 

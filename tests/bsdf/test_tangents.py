@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from bsdf_harness import Case
 from test_relief import ABOVE, SMALL, encoded, plane, tilted
 
 import photonmap as pm
@@ -138,9 +137,6 @@ def test_pixels_that_show_an_image_get_more_samples(image):
     compiled = compile_scene(floor(anisotropy_map=image), pm.Bands.rgb())
     varies = _textured_materials(compiled.arrays)
     assert varies.tolist() == [image is not None, False]
-
-
-STRETCHED = Case("glossy", (0.1,), (0.0,) * 3, (1.0,) * 3, anisotropy=(0.9, 0.15), is_brushed=True)
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".gltf"])

@@ -1,5 +1,7 @@
 """One definition of valid pixels and one of relative errors, wherever they are stated."""
 
+from copy import copy
+
 import numpy as np
 import pytest
 from helpers.estimates import empty_pixels
@@ -85,6 +87,12 @@ def test_records_studies_and_data_sets_agree(result):
 def test_a_render_records_the_error_of_its_images():
     result = pm.render(pm.scenes.cornell_box(), bands=BANDS, size=(16, 12), passes=3, photons=900)
     assert result.record["standard_error"] == pytest.approx(relative_error(result), rel=1e-5)
+
+
+def test_where_every_pixel_emits_there_is_no_error(result):
+    lamp = copy(result)
+    lamp.buffers = {**result.buffers, "emission": np.ones_like(result.emission)}
+    assert relative_error(lamp) == 0.0
 
 
 def test_black_bands_have_no_error():

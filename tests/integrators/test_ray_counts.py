@@ -18,6 +18,7 @@ from photonmap.compile.scene_arrays import compile_scene
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
 from photonmap.integrators.photon_mapping import cache_cells, caustics, pilot
+from photonmap.kernels.caustics import photon_map
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.geometry import ray
 from photonmap.runtime.workers import Workers
@@ -25,6 +26,7 @@ from photonmap.spectra.bands import Bands
 
 caustics.PILOT = cache_cells.PILOT = 128
 caustics.LINGER_PILOT_PHOTONS = pilot.PILOT = 64
+photon_map.LONGEST_CHAIN = 2  # glass lets photons through in two steps: their chains are cut
 calls = {"rtcIntersect1": 0, "rtcOccluded1": 0}
 
 

@@ -118,6 +118,8 @@ def test_plots(result):
     np.testing.assert_array_equal(line.get_ydata(), result.direct[7, 4])
     spread = [segment[1, 1] - segment[0, 1] for segment in ranges.get_segments()]
     np.testing.assert_allclose(spread, 2.0 * result.standard_error("direct")[7, 4], rtol=1e-4)
+    [[line, *_]] = result.plot_spectrum(0, 0, "direct", axes=figure.subplots()).containers
+    np.testing.assert_array_equal(line.get_ydata(), result.direct[0, 0])
     for pixel, name, message in (
         ((10, 0), "direct", r"no pixel \(10, 0\) in an image of 10x9"),
         ((0, 0), "depth", "'depth' has no bands"),

@@ -128,10 +128,15 @@ def test_environment_maps(light_of, steps, matrix, resampled):
 
 
 def test_a_map_that_is_not_twice_as_wide_is_resampled(light_of, tmp_path):
-    write_image(np.full((10, 30, 3), 0.25, np.float32), tmp_path / "a.exr")
+    """Linearly between the middles of texels: a bright row has no dark ones beside it."""
+    rows = np.array([0.25, 0.25, 9, 0, 0, 1, 0.5, 0.25, 0.25, 0.25], np.float32)
+    write_image(np.tile(rows[:, None, None], (1, 30, 3)), tmp_path / "a.exr")
     light = light_of("envmap", '<string name="filename" value="a.exr"/>')
     assert light.image.shape == (15, 30, 3)
-    np.testing.assert_allclose(light.image, 0.25)
+    wanted = np.interp((np.arange(15) + 0.5) / 1.5 - 0.5, np.arange(10), rows)
+    np.testing.assert_allclose(
+        light.image, np.tile(wanted[:, None, None], (1, 30, 3)), rtol=1e-5, atol=1e-6
+    )
 
 
 def corner_rays(camera):
