@@ -88,15 +88,8 @@ def surface_interaction(geometry, hit, direction):
 
 
 @jit
-def first_interaction(geometry, hit, ray):
-    """Return the `SurfaceInteraction` of a camera's ray.
-
-    Where lights have no area, no samples hide that hits and vertices are rounded to float32, which
-    shows near them, at grazing angles and at the edges of cones. The ray meets the scene itself
-    there; but relief turns rounded normals.
-    """
-    if geometry.corners.shape[0] == 0:
-        return surface_interaction(geometry, hit, ray.direction)
+def _meet_exactly(geometry, hit, ray):
+    """Return (hit, site, normal of any length) of a ray and a triangle's exact plane."""
     p0 = vec.row(geometry.corners, geometry.triangles[hit.triangle, 0])
     first = vec.sub(vec.row(geometry.corners, geometry.triangles[hit.triangle, 1]), p0)
     second = vec.sub(vec.row(geometry.corners, geometry.triangles[hit.triangle, 2]), p0)
@@ -106,14 +99,28 @@ def first_interaction(geometry, hit, ray):
     step, inverse = vec.sub(site, p0), 1.0 / vec.dot(normal, normal)
     u = vec.dot(vec.cross(step, second), normal) * inverse
     v = vec.dot(vec.cross(first, step), normal) * inverse
-    if not abs(u - hit.u) + abs(v - hit.v) < MOST_ROUNDED:
-        return surface_interaction(geometry, hit, ray.direction)  # edge-on
-    hit = Hit(hit.triangle, u, v, advance)
-    rounded = surface_interaction(geometry, hit, ray.direction)
-    ng = vec.scale(vec.normalize(normal), 1.0 - 2.0 * rounded.side)
-    ns = rounded.ns
+    return Hit(hit.triangle, u, v, advance), site, normal
+
+
+@jit
+def first_interaction(geometry, hit, ray):
+    """Return the `SurfaceInteraction` of a camera's ray.
+
+    Where lights have no area, no samples hide that hits and vertices are rounded to float32, which
+    shows near them, at grazing angles and at the edges of cones. The ray meets the scene itself
+    there; but relief turns rounded normals.
+    """
+    is_exact, site, normal = geometry.corners.shape[0] > 0, ray.origin, ray.direction
+    if is_exact:
+        exact, site, normal = _meet_exactly(geometry, hit, ray)
+        is_exact = abs(exact.u - hit.u) + abs(exact.v - hit.v) < MOST_ROUNDED  # not edge-on
+        if is_exact:
+            hit = exact
+    surface = surface_interaction(geometry, hit, ray.direction)
+    if not is_exact:
+        return surface
+    point, side, ns = surface.point, surface.side, surface.ns
+    ng = vec.scale(vec.normalize(normal), 1.0 - 2.0 * side)
     if geometry.relief is None:
-        ns = interpolated_normal(geometry.corner_normals, geometry.triangles, hit, ng, rounded.side)
-    return SurfaceInteraction(
-        rounded.point, site, ng, ns, rounded.side, hit, ray.direction, rounded.model
-    )
+        ns = interpolated_normal(geometry.corner_normals, geometry.triangles, hit, ng, side)
+    return SurfaceInteraction(point, site, ng, ns, side, hit, ray.direction, surface.model)

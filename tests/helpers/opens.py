@@ -9,7 +9,8 @@ from pathlib import Path
 import photonmap as pm
 
 _opened, _watchers = [], []
-SYSTEM = "/dev/null", "/proc", "/sys"
+SYSTEM = "/dev/null", "/proc", "/sys", "/usr/share", str(Path.home() / ".cache")
+"""What libraries read when they are imported, or of the machine"""
 
 
 def _note(event, arguments):
@@ -23,7 +24,7 @@ sys.addaudithook(_note)  # for as long as Python runs
 @contextmanager
 def opening_only_in(folder):
     """Assert that only files in a folder, temporary ones, Python's and photonmap's are opened."""
-    ours = Path(pm.__file__).parents[1], os.environ.get("NUMBA_CACHE_DIR", Path.home() / ".cache")
+    ours = Path(pm.__file__).parents[1], os.environ.get("NUMBA_CACHE_DIR", folder)
     places = folder, tempfile.gettempdir(), sys.prefix, sys.base_prefix, *ours, *SYSTEM
     inside = tuple(os.path.realpath(place) + end for place in places for end in ("", os.sep))
     _opened.clear()
