@@ -62,12 +62,11 @@ def per_pass(render, names, reduce):
     It takes their images, (P, N), and has to be linear. Passes are as independent as renders with
     other seeds, and take a fraction of their time.
     """
-    running, scales, add, finish = [], [], LightGroups.add, LightGroups.finish
+    seen, scales, add, finish = {}, [], LightGroups.add, LightGroups.finish
 
     def add_and_look(self, *arguments):
         add(self, *arguments)
-        images, _ = finish(self, 1.0, names)
-        running.append([reduce(images[name]) for name in names])
+        seen.setdefault(self, []).append(finish(self, 1.0, names)[0])
 
     def finish_and_note(self, scale, *arguments):
         scales.append(scale)
@@ -77,7 +76,8 @@ def per_pass(render, names, reduce):
         patch.setattr(LightGroups, "add", add_and_look)
         patch.setattr(LightGroups, "finish", finish_and_note)
         render()
-    means = np.array(running)
+    *_, after = seen.values()  # before it, kernels may have been compiled by passes of their own
+    means = np.array([[reduce(images[name]) for name in names] for images in after])
     sums = np.arange(1, len(means) + 1).reshape(-1, *[1] * (means.ndim - 1)) * means
     return scales[-1] * np.diff(sums, axis=0, prepend=0.0)
 
