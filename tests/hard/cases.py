@@ -1,5 +1,7 @@
 """What every hard case shares: small renders, what must hold of each, and comparisons of means."""
 
+from functools import partial
+
 import numpy as np
 from scipy import stats
 
@@ -76,15 +78,17 @@ def means(scene, buffer="radiance", count=12, passes=1, **settings):
 
 def means_of(scene, count=12, passes=1, **settings):
     """Return the means of all light's buffers, by name, as `means`."""
-    from helpers.passes import per_pass  # `checked.py` runs without the path to it
+    from helpers.passes import independent_means  # `checked.py` runs without the path to it
 
-    found = per_pass(
-        lambda: rendered(scene, passes=count * passes, **settings),
+    found = independent_means(
+        partial(rendered, scene),
         LIGHT,
         lambda image: image.mean(axis=0, dtype=float),
+        count,
+        passes,
+        **settings,
     )
-    groups = found.reshape(count, passes, len(LIGHT), -1).mean(axis=1)
-    return dict(zip(LIGHT, groups.swapaxes(0, 1), strict=True))
+    return dict(zip(LIGHT, found.swapaxes(0, 1), strict=True))
 
 
 def assert_mean(values, truth, slack=1e-3):

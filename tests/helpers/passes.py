@@ -1,5 +1,7 @@
 """Passes over a scene, without a render around them, and whether both methods bring one light."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -7,6 +9,7 @@ from scipy import stats
 from photonmap.compile.scene_arrays import compile_scene
 from photonmap.film.blocks import block_means
 from photonmap.film.light_groups import LightGroups
+from photonmap.film.replicates import SIZES
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
 from photonmap.kernels.core.passes import (
@@ -56,17 +59,33 @@ def pass_means(scene, method, count, bands="rgb", photons=3000, seed=1):
     return np.array(found)
 
 
-def per_pass(render, names, reduce):
-    """Return what `reduce` makes of buffers in each pass of a render, (passes, names, …).
+def independent_means(render, names, reduce, count, passes=1, seed=0, method="photon", **settings):
+    """Return what `reduce` makes of means over some passes of a render, (count, names, …).
 
-    It takes their images, (P, N), and has to be linear. Passes are as independent as renders with
-    other seeds, and take a fraction of their time.
+    It takes images, (P, N), and has to be linear. Passes are independent until they form
+    replicates: then the next ones are those of another seed. Setting up is paid for once by many.
     """
+    most = count if method == "path" else max(SIZES[-1][0] // passes, 1)
+    found = []
+    for first in range(0, count, most):
+        number = min(most, count - first)
+        some = {**settings, "passes": number * passes, "seed": seed + first, "method": method}
+        means = _running_means(partial(render, **some), names, reduce, passes)
+        assert len(means) == number
+        sums = np.arange(1, number + 1).reshape(-1, *[1] * (means.ndim - 1)) * means
+        found.append(np.diff(sums, axis=0, prepend=0.0))
+    return np.concatenate(found)
+
+
+def _running_means(render, names, reduce, passes):
+    """Return what `reduce` makes of the means over all passes so far, after each few passes."""
     seen, scales, add, finish = {}, [], LightGroups.add, LightGroups.finish
 
     def add_and_look(self, *arguments):
         add(self, *arguments)
-        seen.setdefault(self, []).append(finish(self, 1.0, names)[0])
+        images = seen.setdefault(self, [])
+        if self.whole.count % passes == 0:
+            images.append(finish(self, 1.0, names)[0])
 
     def finish_and_note(self, scale, *arguments):
         scales.append(scale)
@@ -77,9 +96,7 @@ def per_pass(render, names, reduce):
         patch.setattr(LightGroups, "finish", finish_and_note)
         render()
     *_, after = seen.values()  # before it, kernels may have been compiled by passes of their own
-    means = np.array([[reduce(images[name]) for name in names] for images in after])
-    sums = np.arange(1, len(means) + 1).reshape(-1, *[1] * (means.ndim - 1)) * means
-    return scales[-1] * np.diff(sums, axis=0, prepend=0.0)
+    return scales[-1] * np.array([[reduce(images[name]) for name in names] for images in after])
 
 
 def _error(values):

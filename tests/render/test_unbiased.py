@@ -1,17 +1,18 @@
 """The unbiased mode: its mean is the path tracer's in every buffer and block, whatever is cached.
 
-Passes are independent, so their means are compared by Welch's t-test; no seed is used by both
+Passes are independent, so means over them are compared by Welch's t-test; no seed is used by both
 methods, since these share random numbers. All comparisons of a test together reject
 equal means wrongly with a probability of 1 in 1000; seeds are fixed.
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 import trimesh
 from helpers.marks import slow
-from helpers.passes import per_pass
+from helpers.passes import independent_means
 from helpers.scenes import GREY, sky
 from scipy import stats
 
@@ -32,9 +33,8 @@ def block_means(scene, seed, passes, groups=GROUPS, **options):
     Each is of so many passes.
     """
     few = {"bands": "rgb", "size": SIZE, "photons": 4096, "threads": 1}
-    settings = {**few, "seed": seed, **options}
-    found = per_pass(lambda: pm.render(scene, passes=groups * passes, **settings), BUFFERS, _blocks)
-    return found.reshape(groups, passes, *found.shape[1:]).mean(axis=1)
+    render = partial(pm.render, scene)
+    return independent_means(render, BUFFERS, _blocks, groups, passes, seed=seed, **few, **options)
 
 
 def _blocks(image):
@@ -171,7 +171,7 @@ def test_what_cannot_be_without_bias_is_refused():
 @pytest.mark.slow
 def test_mean_is_that_of_path_tracing_to_a_thousandth():
     truth = block_means(BOX, TRUTH, 600, method="path")
-    means = block_means(BOX, SEED, 100, unbiased=True)
+    means = block_means(BOX, SEED, 96, unbiased=True)
     assert not differ(means, truth)
     for name in ("indirect", "shading"):
         row = BUFFERS.index(name)
