@@ -29,6 +29,7 @@ def ramp(low, high):
     return pm.Spectrum(np.array([400.0, 700.0]), np.array([low, high]))
 
 
+@pytest.mark.filterwarnings("ignore:luminance by these bands")
 @pytest.mark.parametrize("bands", [1, 6, 31])
 def test_a_line_lights_the_bands_that_see_it(bands):
     """Each band of the picture is as bright as the line is in it."""
