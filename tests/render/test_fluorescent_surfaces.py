@@ -102,9 +102,7 @@ COVERS = {
 
 
 @pytest.mark.parametrize("method", ALL[:2])
-@pytest.mark.parametrize(
-    "cover", ["clay", "coat", *slow(*sorted(COVERS.keys() - {"clay", "coat"}))]
-)
+@pytest.mark.parametrize("cover", ["clay", *slow(*sorted(COVERS.keys() - {"clay"}))])
 def test_covers_let_re_emitted_light_pass_as_the_light_that_excites(glowing, cover, method):
     """Where ρ + S is the same in all bands, their sum is that of a base with this reflectance."""
     part = 0.5 * FIVE / FIVE.sum(axis=0).max()
@@ -116,8 +114,10 @@ def test_covers_let_re_emitted_light_pass_as_the_light_that_excites(glowing, cov
         view_of(glowing(matrix, reflectance=0.1, emission=1.0, **COVERS[cover])),
         view_of(pm.Material("plain", 0.6, emission=1.0, **COVERS[cover])),
     ]
+    # At 48 passes the noise is 0.15% of clay and 0.45% of a whole coat.
+    passes = 192 if method == "photon" and cover in ("coat", "sheen") else 48
     results = [  # whose paths never end in the cache
-        render(scene, passes=48, photons=256, seed=seed, **METHODS[method])
+        render(scene, passes=passes, photons=256, seed=seed, **METHODS[method])
         for seed, scene in enumerate(scenes)
     ]
     means = [result.radiance.mean((0, 1), dtype=float) for result in results]
