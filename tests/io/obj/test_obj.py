@@ -364,12 +364,12 @@ def test_empty_usemtl_goes_back_to_the_default(read_obj):
 
 
 def test_weights_of_vertices(read_obj):
-    """A weight of 1 changes nothing; others, and a weight before a colour, are named."""
+    """A weight of 1 changes nothing; others, and colours that are not opaque, are named."""
     (mesh,) = read_obj("v 0 0 0 1\nv 1 0 0 1.0\nv 0 1 0\nf 1 2 3\n")
     assert mesh.colors is None
     with pytest.warns(SceneWarning, match="2 lines are not simulated: 'v with a weight, or with"):
         (mesh,) = read_obj("v 0 0 0 0.5\nv 1 0 0 1 1 0 0\nv 0 1 0 0 1 0\nf 1 2 3\n")
-    np.testing.assert_allclose(mesh.colors, [[0.5] * 3, [0.5] * 3, [0, 1, 0]])
+    np.testing.assert_allclose(mesh.colors, [[0.5] * 3, [1, 1, 0], [0, 1, 0]])
 
 
 def test_what_is_not_simulated_is_named_once(read_obj):

@@ -142,7 +142,8 @@ _OUTSIDE = np.iinfo(np.int32).max
 _IN_FACES = np.isin(np.arange(256), list(b"0123456789+-/ \v\n"))
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?){0,2}")
-_WEIGHTED = "v with a weight, or with more than a colour"
+_WEIGHTED = "v with a weight, or with more than an opaque colour"
+_OPAQUE = (1.0, 255.0)
 _STATES = ("o", "g", "s", "usemtl", "mtllib")
 
 
@@ -252,8 +253,8 @@ def _sort_block(source: Source, begin: int, end: int) -> tuple[dict[bytes, _Line
 def _parse_table(source: Source, lines: _Lines, kind: _Table, others: Counter[str]) -> Floats:
     """Parse vertices, normals or texture coordinates, in rows of `kind.width` numbers.
 
-    Where a line has `kind.most`, rows have so many, NaN in lines that do not. Vertices with weights
-    other than 1, and with more numbers than a colour has, are counted among others.
+    Where a line has `kind.most`, rows have so many, NaN in lines with fewer. Vertices with weights
+    other than 1, and with more behind their colour than that it is opaque, count among others.
     """
     if not len(lines.starts):
         return np.zeros((0, kind.width))
@@ -270,11 +271,14 @@ def _parse_table(source: Source, lines: _Lines, kind: _Table, others: Counter[st
         for column in range(width):
             has = counts > column
             table[has, column] = values[firsts[has] + column]
-        table[counts != kind.most, kind.width :] = np.nan
+        table[counts < kind.most, kind.width :] = np.nan
         if kind.most > kind.width:
-            odd = np.flatnonzero((counts > kind.width) & (counts != kind.most))
-            odd = odd[(counts[odd] > kind.most) | (values[firsts[odd] + kind.width] != 1.0)]
-            others.update([_WEIGHTED] * len(odd))
+            weighted = np.flatnonzero((counts > kind.width) & (counts < kind.most))
+            more = np.flatnonzero(counts > kind.most)
+            odd = np.count_nonzero(values[firsts[weighted] + kind.width] != 1.0)
+            odd += np.count_nonzero(~np.isin(values[firsts[more] + kind.most], _OPAQUE))
+            odd += np.count_nonzero(counts[more] > kind.most + 1)
+            others.update([_WEIGHTED] * odd)
     if not (np.abs(table[:, : kind.width]) <= LARGEST_COORDINATE).all():
         raise _table_error(source, lines, kind)
     return table
