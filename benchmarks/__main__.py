@@ -51,6 +51,7 @@ def main() -> int:
         arguments.dataset,
         tuple(arguments.scenes.split(",")) if arguments.scenes else (),
         arguments.size,
+        arguments.kept,
     )
     if arguments.mitsuba:
         _check_mitsuba(options)
@@ -125,6 +126,12 @@ def _parser() -> argparse.ArgumentParser:
         type=read_size,
         metavar="WxH",
         help="for rooms, gloss and matter: of images, pixels",
+    )
+    parser.add_argument(
+        "--kept",
+        type=Path,
+        metavar="FOLDER",
+        help="for rooms: where Mitsuba's images are kept, and read if they are of the same scenes",
     )
     return parser
 

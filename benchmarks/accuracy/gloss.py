@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import statistics
 import tempfile
 from pathlib import Path
@@ -15,12 +14,13 @@ import photonmap as pm
 from benchmarks.accuracy.cornell import LEVELS, shown, time_to
 from benchmarks.accuracy.gloss_scenes import SCENES, write_scene
 from benchmarks.accuracy.mitsuba_client import SCALAR, start_mitsuba
+from benchmarks.accuracy.room_mitsuba import render_or_read
 from benchmarks.accuracy.rooms import (
     LEAST,
     SCALAR_TO_LLVM,
     SOME,
     Settings,
-    measure_mitsuba,
+    mean_difference,
     measure_photons,
     path_cost,
 )
@@ -87,12 +87,8 @@ def _compare(
     if isinstance(other, str):
         return [*row, *[None] * (len(LEVELS) + 2)], other
     with other:
-        cost, mean, error = measure_mitsuba(other, own.valid, 1.0)
-    row += [
-        *over(cost),
-        f"{own.mean / mean - 1.0:+.2%}",
-        f"{math.hypot(error, own.mean_error):.2%}",
-    ]
+        rendered = render_or_read(other, (file, 1.0), name, options.kept)
+    row += [*over(rendered.cost(own.valid)), *mean_difference(own, rendered, "radiance")]
     return row, f"Mitsuba {other.version}, {other.variant} path"
 
 

@@ -20,12 +20,12 @@ LLVM, SCALAR = "llvm_ad_rgb", "scalar_rgb"
 """Variants of Mitsuba: compiled for vectors, and scalar C++."""
 LLVM_PLACES = ("*/libLLVM*.so*", "llvm-*/lib/libLLVM*.so*")
 """Patterns below /usr/lib: Dr.Jit takes what it finds first, even if it is too old for it."""
-OLDEST_LLVM = 16
-"""With 15, it ends where conductors are."""
+OLDEST_LLVM = 17
+"""With 15 and 16, it ends on processors with vectors of 512 bits."""
 UNLIMITED, ONLY_LAMPS, ONE_BOUNCE = -1, 1, 2
 """Maximum path depths."""
-DENOISED = "denoised"
-"""In place of a depth: unlimited, and filtered by Open Image Denoise."""
+DENOISE = "denoise"
+"""In place of a depth: an image that was rendered is filtered by Open Image Denoise."""
 
 
 class Mitsuba:
@@ -54,6 +54,7 @@ class Mitsuba:
     ) -> None:
         self.variant = variant
         self._folder = tempfile.TemporaryDirectory()
+        self._image = Path(self._folder.name) / "image.npy"
         self._errors = Path(self._folder.name) / "stderr"
         environment = dict(os.environ)
         if "DRJIT_LIBLLVM_PATH" not in environment and (library := find_llvm()):
@@ -93,10 +94,19 @@ class Mitsuba:
         self._folder.cleanup()
 
     def render(
-        self, samples: int, seed: int, depth: int | str = UNLIMITED
+        self, samples: int, seed: int, depth: int = UNLIMITED
     ) -> tuple[NDArray[np.float32], float]:
         """Return (H, W, 3) radiance from so many samples per pixel, and the seconds it took."""
-        file = Path(self._folder.name) / "image.npy"
+        return self._ask(depth, samples, seed)
+
+    def denoise(self, image: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
+        """Return an image of so many samples per pixel without its noise."""
+        np.save(self._image, image.astype(np.float32))
+        return self._ask(DENOISE, samples, 1)[0]
+
+    def _ask(self, depth: int | str, samples: int, seed: int) -> tuple[NDArray[np.float32], float]:
+        """Return the image that the server makes, and the seconds it took."""
+        file = self._image
         assert self._process.stdin is not None
         self._process.stdin.write(f"{depth} {samples} {seed} {file}\n")
         self._process.stdin.flush()

@@ -4,8 +4,9 @@ It knows nothing of photonmap. It renders Mitsuba's own Cornell box in the way t
 made, or a case in which an object or the light is replaced: SIZE×SIZE, box filter, independent
 sampler, path tracer without a depth limit (Russian roulette from depth 5), two-sided surfaces. It
 prints one JSON line when it is ready. Then, for each line `DEPTH SAMPLES SEED FILE` on stdin, it
-renders, writes FILE and prints {"seconds": …, "processor": …}. With DEPTH "denoised" it renders
-albedo and normals too, with up to 16 samples, and Open Image Denoise filters the image (`pyoidn`).
+renders, writes FILE and prints {"seconds": …, "processor": …}. With DEPTH "denoise" it renders
+albedo and normals alone, with up to 16 samples, and Open Image Denoise (`pyoidn`) filters the image
+that FILE holds.
 
 FILE.xml is any other scene, and so is FILE.json, as `mitsuba_export` writes it: a dictionary for
 `mi.load_dict` in which {"look_at": […]} stands for a transformation, and {"array": FILE.npy} for a
@@ -142,10 +143,12 @@ def main():
     for line in sys.stdin:
         depth, samples, seed, file = line.split()
         start, processor = time.perf_counter(), time.process_time()
-        samples, seed, is_denoised = int(samples), int(seed), depth == "denoised"
-        image = render("-1" if is_denoised else depth, samples, seed)
-        if is_denoised:
-            image = denoise(image, render("features", min(samples, FEATURE_SAMPLES), seed))
+        samples, seed = int(samples), int(seed)
+        if depth == "denoise":
+            features = render("features", min(samples, FEATURE_SAMPLES), seed)
+            image = denoise(np.load(file), features)
+        else:
+            image = render(depth, samples, seed)
         seconds, processor = time.perf_counter() - start, time.process_time() - processor
         np.save(file, image)
         print(json.dumps({"seconds": seconds, "processor": processor}), flush=True)

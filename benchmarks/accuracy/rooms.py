@@ -14,14 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import photonmap as pm
+from benchmarks.accuracy.calibration import COLUMNS, calibration, pixel_kinds, watched_prepass
 from benchmarks.accuracy.cornell import LEVELS, MARK, Point, shown, time_to
-from benchmarks.accuracy.mitsuba_client import DENOISED, LLVM, SCALAR, Mitsuba, start_mitsuba
+from benchmarks.accuracy.mitsuba_client import LLVM, SCALAR, start_mitsuba
 from benchmarks.accuracy.mitsuba_export import export_scene
+from benchmarks.accuracy.room_mitsuba import DENOISED, RENDERS, SAMPLES, Rendered, render_or_read
 from benchmarks.accuracy.room_scenes import scenes
 from benchmarks.harness import ours
 from benchmarks.harness.options import Options
 from benchmarks.harness.table import Cell, Table
 from photonmap.film.bias import is_repeated
+from photonmap.film.blocks import SIDE
 from photonmap.film.relative_error import relative_squares, valid_pixels
 
 FEW = ((1, 0.25), (2, 0.25), (1, 1.0), (4, 1.0))
@@ -33,14 +36,13 @@ LONGEST = 60.0
 LEAST = 1
 """Passes of the smallest budget, which cannot be divided."""
 PATH_PASSES = 4
-SAMPLES, RENDERS = 64, 4
-"""Samples per pixel of one Mitsuba render, and number of renders."""
-DENOISED_SAMPLES = (1, 4, 16, 64, 256)
-"""Samples per pixel of renders that are denoised: their error does not fall as 1 / time."""
-SCALAR_TO_LLVM = 3.2
+SCALAR_TO_LLVM = "2.7 and 1.9"
 """Mitsuba's scalar path tracer to the one compiled for vectors: docs/performance.md."""
+RATIOS = ("path", "Mitsuba", "Mitsuba, denoised or not")
 
 Settings = dict[str, Any]
+Times = list[tuple[float, bool]]
+"""Processor seconds to each level, infinite where it is never reached; whether extrapolated"""
 
 
 @dataclass
@@ -51,22 +53,28 @@ class Ours:
     """processor seconds and relMSE, which the bias is part of"""
     bias: float
     """share of the error of the longest render"""
-    mean: float
-    """radiance over valid pixels,"""
-    mean_error: float
-    """and its relative standard error"""
+    longest: pm.Result
     valid: NDArray[np.bool_]
     """(H, W), as `valid_pixels`"""
     rays: dict[str, float]
     """by kind, a pixel and pass,"""
     microseconds: float
     """and what such a pixel takes"""
-    truth: NDArray[np.float64]
-    """(V, N) radiance of valid pixels in the longest render,"""
-    noise: float
-    """and its relMSE without the bias"""
     calibration: list[Cell]
-    """of `SOME` passes against the longest: within 1.96 standard errors, beyond 5, blocks' worst"""
+    """of `SOME` passes against the longest: see `calibration.COLUMNS`"""
+
+    def mean_of(self, name: str) -> tuple[float, float]:
+        """Return the mean of "radiance" or "indirect" over valid pixels, and its standard error.
+
+        Pixels share indirect light, so its error is that of blocks; bands are taken to err alike.
+        """
+        blocks = self.longest.block_error("indirect").astype(float) * SIDE**2
+        squares = (blocks**2).mean(axis=-1).sum()
+        if name == "radiance":
+            direct = self.longest.standard_error("direct")[self.valid].astype(float)
+            squares += (direct**2).mean(axis=-1).sum()
+        image = self.longest.buffers[name][self.valid]
+        return float(image.mean(dtype=float)), float(math.sqrt(squares) / len(image))
 
 
 @dataclass
@@ -74,20 +82,24 @@ class Compared:
     """One scene by all."""
 
     name: str
-    times: list[Cell]
-    """row of the first table"""
-    ratios: list[float]
-    """of the path tracers' times to photon mapping's: our own at each level, then Mitsuba's"""
+    own: Ours
+    times: dict[str, Times]
+    """of "ours", "path" and, if there is a Mitsuba, "Mitsuba" and "denoised\""""
+    means: list[Cell]
+    """bias, and differences from Mitsuba's means"""
+    denoised: list[Point]
+    """processor seconds and relMSE of Mitsuba's denoised renders, by `DENOISED`; or none"""
     variant: str
     """of Mitsuba, empty if there is none"""
-    reason: str
+    reason: str = ""
     """why there is none"""
-    rays: dict[str, float]
-    microseconds: float
-    calibration: list[Cell]
-    """as in `Ours`"""
-    denoised: list[Point]
-    """processor seconds and relMSE of Mitsuba's denoised renders, by `DENOISED_SAMPLES`; or none"""
+
+    @property
+    def ratios(self) -> list[float]:
+        """Of others' times to ours, at each level: `RATIOS`."""
+        own, path, *others = ([time for time, _ in self.times[each]] for each in self.times)
+        groups = [path, *others[:1]] + ([list(map(min, *others))] if others else [])
+        return [time / least for each in groups for time, least in zip(each, own, strict=True)]
 
 
 def run(options: Options) -> list[Table]:
@@ -95,50 +107,75 @@ def run(options: Options) -> list[Table]:
     found = []
     for name, (make, usual) in _choose(options.scenes).items():
         found.append(_compare(name, make(), options.size or usual, options))
+        if options.size not in (None, usual):
+            found[-1].name += f", {options.size[0]}×{options.size[1]}"
+        print(f"rooms: {', '.join(map(str, _row(found[-1])))}", flush=True)
         texts = ", ".join(f"{ratio:.3g}" for ratio in found[-1].ratios)
-        print(f"rooms: {', '.join(map(str, found[-1].times))}; ratios {texts}", flush=True)
-    levels = [f"{level:.0e}" for level in LEVELS]
+        print(f"rooms: {found[-1].name}: ratios {texts}", flush=True)
+    return tables(found, options)
+
+
+def tables(found: list[Compared], options: Options) -> list[Table]:
+    """Return what was measured of all scenes."""
+    levels = ", ".join(f"{level:.0e}" for level in LEVELS)
     variant = found[0].variant
-    title = f"rooms: processor seconds to a relMSE, RGB, {variant or 'without Mitsuba'}"
-    times = Table(title, ["scene", *levels, "bias / error", "mean − Mitsuba's", "±"])
-    times.rows = [each.times for each in found]
-    times.notes = _notes(options, variant, found[0].reason)
-    who = ("path", "Mitsuba", "Mitsuba, denoised or not")
-    ratios = Table(
-        "rooms: times as many processor seconds as photon mapping",
-        ["scene", *(f"{each}, {level}" for each in who for level in levels)],
+    times = Table(
+        f"rooms: processor seconds to a relMSE, RGB, {variant or 'without Mitsuba'}",
+        ["scene", *(f"{who}: {levels}" for who in found[0].times)],
+        [_row(each) for each in found],
+        _notes(options, variant, found[0].reason),
     )
-    ratios.rows = [[each.name, *each.ratios] for each in found]
+    differences = Table(
+        "rooms: means over pixels without emission",
+        ["scene", "bias / error", "mean − Mitsuba's", "±", "indirect light's", "±"],
+        [[each.name, *each.means] for each in found],
+    )
+    calibrated = Table(
+        f"rooms: 95% intervals that {SOME} passes state, against the longest",
+        ["scene", *COLUMNS],
+        [[each.name, *each.own.calibration] for each in found],
+    )
+    return [times, _ratios(found), differences, _denoised(found), calibrated, _rays(found)]
+
+
+def _ratios(found: list[Compared]) -> Table:
+    """Return how many times our processor seconds others take."""
+    columns = [f"{who}, {level:.0e}" for who in RATIOS for level in LEVELS]
+    table = Table("rooms: times as many processor seconds as photon mapping", ["scene", *columns])
+    table.rows = [[each.name, *each.ratios] for each in found]
     means = map(statistics.geometric_mean, zip(*(each.ratios for each in found), strict=True))
-    ratios.rows.append(["geometric mean", *means])
-    return [times, ratios, _denoised(found), _calibrated(found), _rays(found)]
+    table.rows.append(["geometric mean", *means])
+    return table
+
+
+def _row(each: Compared) -> list[Cell]:
+    """Return the processor seconds of a scene, as text."""
+    texts = [
+        " / ".join(shown(*pair) if pair[0] < math.inf else "never" for pair in times)
+        for times in each.times.values()
+    ]
+    return [each.name, *texts]
 
 
 def _denoised(found: list[Compared]) -> Table:
     """Return what denoising leaves of the error: it stops falling."""
-    columns = [f"{count} {what}" for count in DENOISED_SAMPLES for what in ("spp, s", "relMSE")]
+    columns = [f"{count} {what}" for count in DENOISED for what in ("spp, s", "relMSE")]
     table = Table("rooms: Mitsuba with Open Image Denoise (albedo, normals)", ["scene", *columns])
     for each in found:
         table.rows.append([each.name, *(part for point in each.denoised for part in point)])
     return table
 
 
-def _calibrated(found: list[Compared]) -> Table:
-    columns = ["scene", "within 1.96 standard errors", "beyond 5", "indirect light, worst 8×8"]
-    rows: list[list[Cell]] = [[each.name, *each.calibration] for each in found]
-    return Table(f"rooms: errors that {SOME} passes state, against the longest", columns, rows)
-
-
 def _rays(found: list[Compared]) -> Table:
     """Return how many rays of each kind a pixel costs."""
-    kinds = list(dict.fromkeys(kind for each in found for kind in each.rays))
+    kinds = list(dict.fromkeys(kind for each in found for kind in each.own.rays))
     table = Table(
         "rooms: rays a pixel and pass, by kind, and what all of it takes",
         ["scene", *kinds, "processor time, µs"],
     )
     for each in found:
-        counts = [each.rays.get(kind) for kind in kinds]
-        table.rows.append([each.name, *counts, each.microseconds])
+        counts = [each.own.rays.get(kind) for kind in kinds]
+        table.rows.append([each.name, *counts, each.own.microseconds])
     return table
 
 
@@ -154,35 +191,52 @@ def _compare(name: str, scene: pm.Scene, size: tuple[int, int], options: Options
     """Measure one scene."""
     settings: Settings = {"bands": "rgb", "size": size, "threads": options.threads}
     own = measure_photons(scene, settings)
-    spent = [time_to(level, own.points, LEAST) for level in LEVELS]
-
-    def over(cost: float) -> list[float]:
-        return [cost / level / each for level, (each, _) in zip(LEVELS, spent, strict=True)]
-
-    times: list[Cell] = [name, *(shown(*each) for each in spent), f"{own.bias:.0%}"]
-    ratios = over(path_cost(scene, settings))
-    about_rays = own.rays, own.microseconds, own.calibration
+    times = {
+        "ours": [time_to(level, own.points, LEAST) for level in LEVELS],
+        "path": times_at(path_cost(scene, settings)),
+    }
+    compared = Compared(name, own, times, [f"{own.bias:.0%}", None, None, None, None], [], "")
     with tempfile.TemporaryDirectory() as folder:
-        file, power = export_scene(scene, size, Path(folder))
-        other = start_mitsuba(options, file)
+        exported = export_scene(scene, size, Path(folder))
+        other = start_mitsuba(options, exported[0])
         if isinstance(other, str):
-            return Compared(name, [*times, None, None], ratios, "", other, *about_rays, [])
+            compared.reason = other
+            return compared
         with other:
-            cost, mean, error = measure_mitsuba(other, own.valid, power)
-            denoised = measure_denoised(other, own, power)
-    ratios += over(cost)
-    ratios += [
-        min(ratio, time_to_denoised(level, denoised) / each)
-        for level, (each, _), ratio in zip(LEVELS, spent, over(cost), strict=True)
+            rendered = render_or_read(other, exported, f"{name}-{size[0]}x{size[1]}", options.kept)
+        compared.variant = f"Mitsuba {other.version}, {other.variant} path"
+    times["Mitsuba"] = times_at(rendered.cost(own.valid))
+    compared.denoised = denoised_points(rendered, own)
+    times["denoised"] = [time_to_denoised(level, compared.denoised) for level in LEVELS]
+    compared.means[1:] = [
+        *mean_difference(own, rendered, "radiance"),
+        *mean_difference(own, rendered, "indirect"),
     ]
-    times += [f"{own.mean / mean - 1.0:+.2%}", f"{math.hypot(error, own.mean_error):.2%}"]
-    variant = f"Mitsuba {other.version}, {other.variant} path"
-    return Compared(name, times, ratios, variant, "", *about_rays, denoised)
+    return compared
+
+
+def mean_difference(own: Ours, rendered: Rendered, name: str) -> list[Cell]:
+    """Return by how much our mean differs from Mitsuba's, and the standard error of that.
+
+    Where specular surfaces are, what is direct light by one renderer is indirect by the other.
+    """
+    if name == "indirect" and "caustics" in own.longest.buffers:
+        return [None, None]
+    mean, error = own.mean_of(name)
+    other, of_other = rendered.mean_of(name, own.valid)
+    return [f"{mean / other - 1.0:+.2%}", f"{math.hypot(error, of_other) / other:.2%}"]
+
+
+def times_at(cost: float) -> Times:
+    """Return the processor seconds to each level at which variance × time is `cost`."""
+    return [(cost / level, False) for level in LEVELS]
 
 
 def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
     """Render with more and more passes, until the last level or `LONGEST` is reached."""
-    ours.warm_up(scene, **settings)
+    with watched_prepass() as prepasses:
+        ours.warm_up(scene, **settings)
+    kinds = pixel_kinds(prepasses[-1], settings["size"])
     few = [
         _render(scene, passes=passes, pass_samples=size, seed=seed, **settings)
         for seed, (passes, size) in enumerate(FEW)
@@ -192,34 +246,23 @@ def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
     needed = SOME * max(1.3 * points[0][1] / LEVELS[-1], 2.0)
     passes = max(min(round(needed), int(SOME * LONGEST / spent)), SOME)
     last, seconds = _render(scene, passes=passes, seed=9, **settings)
-    record = last.record
-    points.append((seconds, record["error"] ** 2))
+    points.append((seconds, last.record["error"] ** 2))
     valid = valid_pixels(last.coverage, last.emission, last.unresolved)
-    truth = last.radiance[valid].astype(float)
-    noise = record["standard_error"] ** 2
     for result, time_spent in few:
-        squares = (result.radiance[valid] - truth) ** 2
-        error = float(relative_squares(squares, truth).mean()) - noise
+        error = distance(result.radiance[valid], last, valid)
         points.append((time_spent, max(error, points[0][1])))
-    standard_error = last.standard_error("radiance")[valid].astype(float)
-    spread = math.sqrt((standard_error**2).sum()) / truth.sum()
-    bias = (record["bias"] or 0.0) / record["error"]
+    bias = (last.record["bias"] or 0.0) / last.record["error"]
     worth = (SOME + sum(map(is_repeated, range(SOME)))) * valid.size
     rays = {kind: count / worth for kind, count in some.record["rays_by_kind"].items()}
-    return Ours(
-        points, bias, float(truth.mean()), spread, valid, rays, 1e6 * spent / worth, truth, noise,
-        _calibration(some, last, valid),
-    )  # fmt: skip
+    held = calibration(some, last, valid, kinds)
+    return Ours(points, bias, last, valid, rays, 1e6 * spent / worth, held)
 
 
-def _calibration(some: pm.Result, last: pm.Result, valid: NDArray[np.bool_]) -> list[Cell]:
-    """Return how far `some` is from `last` in their standard errors: see `Ours.calibration`."""
-    error = np.hypot(some.standard_error("radiance"), last.standard_error("radiance"))[valid]
-    far = np.abs(some.radiance - last.radiance)[valid] / np.maximum(error, 1e-30)
-    own, others = some.block_error("indirect"), last.block_error("indirect")
-    apart = np.abs(some.block_mean("indirect") - last.block_mean("indirect"))
-    worst = (apart / np.maximum(np.hypot(own, others), 1e-30)).max()
-    return [f"{(far < 1.96).mean():.1%}", f"{(far > 5.0).mean():.4%}", float(worst)]
+def distance(values: NDArray[Any], longest: pm.Result, valid: NDArray[np.bool_]) -> float:
+    """Return the relMSE of radiance at valid pixels, (V, N), without the longest render's noise."""
+    truth = longest.radiance[valid].astype(float)
+    squares = relative_squares((values - truth) ** 2, truth)
+    return float(squares.mean()) - longest.record["standard_error"] ** 2
 
 
 def _render(scene: pm.Scene, **settings: Any) -> tuple[pm.Result, float]:
@@ -237,43 +280,23 @@ def path_cost(scene: pm.Scene, settings: Settings) -> float:
     return seconds * result.record["standard_error"] ** 2
 
 
-def measure_mitsuba(
-    other: Mitsuba, valid: NDArray[np.bool_], power: float
-) -> tuple[float, float, float]:
-    """Return processor seconds × relMSE, mean radiance, and its relative standard error."""
-    images, seconds = [], []
-    for seed in range(RENDERS):
-        image, _ = other.render(SAMPLES, seed + 1)
-        images.append(image[valid].astype(float) * power)
-        seconds.append(other.processor)
-    mean, variance = np.mean(images, axis=0), np.var(images, axis=0, ddof=1)
-    error = math.sqrt(variance.sum() / RENDERS) / mean.sum()
-    cost = statistics.mean(seconds) * float(relative_squares(variance, mean).mean())
-    return cost, float(mean.mean()), error
+def denoised_points(rendered: Rendered, own: Ours) -> list[Point]:
+    """Return processor seconds and relMSE of denoised renders; none where there are none."""
+    return [
+        (float(seconds), distance(image[own.valid], own.longest, own.valid))
+        for image, seconds in zip(rendered.denoised, rendered.denoised_seconds, strict=True)
+    ]
 
 
-def measure_denoised(other: Mitsuba, own: Ours, power: float) -> list[Point]:
-    """Return processor seconds and relMSE of denoised renders; none where they cannot be made."""
-    points = []
-    for samples in DENOISED_SAMPLES:
-        try:
-            image, _ = other.render(samples, 1, DENOISED)
-        except RuntimeError as error:
-            print(f"rooms: not denoised: {str(error).strip().splitlines()[-1]}", flush=True)
-            return []
-        squares = (image[own.valid].astype(float) * power - own.truth) ** 2
-        found = float(relative_squares(squares, own.truth).mean()) - own.noise
-        points.append((other.processor, found))
-    return points
-
-
-def time_to_denoised(level: float, points: list[Point]) -> float:
-    """Return the seconds to a relMSE, infinite where no budget reaches it."""
+def time_to_denoised(level: float, points: list[Point]) -> tuple[float, bool]:
+    """Return the seconds to a relMSE, infinite where no budget reaches it; never extrapolated."""
     reached = [at for at, (_, error) in enumerate(points) if error <= level]
     if not reached:
-        return math.inf
+        return math.inf, False
     first = reached[0]
-    return points[0][0] if first == 0 else time_to(level, points[first - 1 : first + 1], LEAST)[0]
+    if first == 0:
+        return points[0][0], False
+    return time_to(level, points[first - 1 : first + 1], LEAST)
 
 
 def _notes(options: Options, variant: str, reason: str) -> list[str]:
@@ -282,13 +305,17 @@ def _notes(options: Options, variant: str, reason: str) -> list[str]:
         " variance inversely proportional to time; the least is a pass of a quarter of the samples",
         "relMSE is mean(d² / (v² + 0.01 m²)) over pixels without emission: of photon mapping the"
         f" estimated error with its bias from {SOME} passes on, before that the distance to the"
-        " longest render; of the path tracers their own variance",
+        " longest render; of the path tracers their own variance; of denoised images the distance"
+        f" to our longest render: never, if {DENOISED[-1]} samples do not reach it",
     ]
     if reason:
-        notes.append(reason)
-    elif SCALAR in variant:
+        return [*notes, reason]
+    notes.append(f"Mitsuba's variance and mean are of {RENDERS} renders of {SAMPLES} samples")
+    if options.kept:
+        notes[-1] += ", kept from an earlier run, if there was one; its times are of this run"
+    if SCALAR in variant:
         notes.append(
-            f"{LLVM} does not run on this machine; where both ran, on the Cornell box, {SCALAR}"
-            f" took {SCALAR_TO_LLVM} times as long: divide by that to compare with {LLVM}"
+            f"{LLVM} does not run on this machine; where both ran, on the Cornell box without and"
+            f" with balls, {SCALAR} took {SCALAR_TO_LLVM} times as long: divide by that to compare"
         )
     return notes

@@ -30,6 +30,8 @@ class Options:
     """of `benchmarks.accuracy.rooms`; all of them if none is named"""
     size: tuple[int, int] | None = None
     """of its images; None for what each scene usually has"""
+    kept: Path | None = None
+    """folder of what Mitsuba rendered of them in earlier runs"""
 
     @classmethod
     def choose(
@@ -41,6 +43,7 @@ class Options:
         dataset: Path | None = None,
         scenes: tuple[str, ...] = (),
         size: tuple[int, int] | None = None,
+        kept: Path | None = None,
     ) -> Options:
         """Take flags first, then the environment, then defaults."""
         environment = os.environ
@@ -53,6 +56,7 @@ class Options:
             dataset,
             scenes,
             size,
+            kept,
         )
 
 
