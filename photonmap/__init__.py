@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from photonmap.errors import InputError, SceneWarning
     from photonmap.io.readers.scene_file import load_scene
     from photonmap.io.writers.scene_file import save_scene
-    from photonmap.render import render
+    from photonmap.render import render, render_views
     from photonmap.results.merge import merge
     from photonmap.results.result import Result, load_result
     from photonmap.scene.camera import Camera, Lens
@@ -71,8 +71,8 @@ __all__ = [
     "RayMap", "Result", "Scene", "SceneWarning", "Sellmeier", "Sensor", "SkyLight",
     "SpectralTexture", "Spectrum", "SpectrumSet", "SpotLight", "SunLight", "Texture", "__version__",
     "camera_rays", "dataset", "emission", "evaluate", "expose", "load_photo", "load_result",
-    "load_scene", "load_sensor", "merge", "preview", "reflectance", "render", "save_photo",
-    "save_scene", "scenes",
+    "load_scene", "load_sensor", "merge", "preview", "reflectance", "render", "render_views",
+    "save_photo", "save_scene", "scenes",
 ]  # fmt: skip
 
 _NAMES_BY_MODULE = {
@@ -83,7 +83,7 @@ _NAMES_BY_MODULE = {
     "errors": "InputError SceneWarning",
     "io.readers.scene_file": "load_scene",
     "io.writers.scene_file": "save_scene",
-    "render": "render",
+    "render": "render render_views",
     "results.merge": "merge",
     "results.result": "Result load_result",
     "scene.camera": "Camera Lens",

@@ -4,7 +4,7 @@ import json
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from os import PathLike
 
@@ -98,6 +98,12 @@ def warn(message: str) -> None:
     for messages in _listeners:
         messages.append(message)
     warnings.warn(": ".join([*_owners, message]), SceneWarning, stacklevel=_level_of_caller())
+
+
+def repeat(messages: Iterable[str]) -> None:
+    """Tell everyone who listens of warnings that were issued before, and are true again."""
+    for each in _listeners:
+        each.extend(messages)
 
 
 def _level_of_caller() -> int:

@@ -6,13 +6,15 @@ scene → compile → passes: [photons → radiosity cache → camera pass → i
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import time
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,6 +48,7 @@ from photonmap.integrators.missing_light import (
     warn_of_truncated_paths,
 )
 from photonmap.integrators.render_loop import RenderLoop
+from photonmap.integrators.shared_work import SharedWork
 from photonmap.io.scene_source import SceneSource
 from photonmap.kernels.core.passes import Film, View
 from photonmap.kernels.core.streams import Domain
@@ -62,7 +65,7 @@ from photonmap.runtime.progress import Progress, Silent, Watching
 from photonmap.runtime.storage import Storage, check_memory
 from photonmap.runtime.workers import Workers
 from photonmap.scene.scene import Scene, check_scene
-from photonmap.settings import Options, Settings
+from photonmap.settings import Options, Settings, Views
 from photonmap.spectra.photometry import describe_luminance, warn_of_luminance
 from photonmap.spectra.projection import default_method
 
@@ -90,11 +93,63 @@ def render(scene: Scene | str | PathLike[str], options: Options) -> Result:
     return _render(check_scene(scene), options)
 
 
-def _render(scene: Scene, options: Options, announce: Announce | None = None) -> Result:
+@taking_keywords_of(Views)
+def render_views(scene: Scene | str | PathLike[str], options: Views) -> Iterator[Result]:
+    """Render a scene once for each of several cameras, at less than the cost of so many renders.
+
+    The views share what does not depend on the camera: the file that is read, the compiled scene,
+    and the photons, cells and caustic maps of each pass, as far as they fit into memory. Each
+    result is that of `render` for the camera and the seed, bit for bit, with errors of its own; see
+    docs/guide.md on how errors of different views are correlated.
+
+    Parameters
+    ----------
+    scene : meshes, lights, cameras; or the file of a scene, see `photonmap.load_scene`
+    options : see `photonmap.settings.Views`
+
+    Returns
+    -------
+    Iterator of results, one a camera, in their order: a view is rendered when its result is asked
+    for, and one at a time is in memory. Options hold for each view by itself: its passes, its
+    error, its seconds. With a checkpoint FILE.checkpoint, view k has FILE-k.checkpoint, from 0.
+    After Ctrl-C the view under way is the last.
+
+    Raises
+    ------
+    InputError : there are no cameras, one is not valid, or as `render`
+    KeyboardInterrupt : as `render`
+    """
+    Settings.of(options)  # what cannot be done is refused at once
+    if isinstance(scene, str | PathLike):
+        scene = SceneSource(os.fspath(scene)).load()
+    return _render_each(check_scene(scene).seen_by_each(options.cameras), options)
+
+
+def _render_each(views: list[Scene], options: Views) -> Iterator[Result]:
+    with SharedWork(options.threads, Settings.of(options).memory) as shared:
+        for number, scene in enumerate(views):
+            own = options
+            if options.checkpoint is not None:
+                file = Path(options.checkpoint)
+                file = file.with_name(f"{file.stem}-{number}{file.suffix}")
+                own = replace(options, checkpoint=file)
+            result = _render(scene, own, shared=shared)
+            yield result
+            if result.record["interrupted"]:
+                return
+
+
+def _render(
+    scene: Scene,
+    options: Options,
+    announce: Announce | None = None,
+    shared: SharedWork | None = None,
+) -> Result:
     settings, clock = Settings.of(options), Clock()
     shown = settings.progress if options.progress is True else Silent()
-    with listening() as messages, Workers(settings.threads) as workers, closing(shown):
-        plan = compile_and_plan(scene, settings)
+    pool = Workers(settings.threads) if shared is None else nullcontext(shared.workers)
+    with listening() as messages, pool as workers, closing(shown):
+        plan = compile_and_plan(scene, settings, shared)
         clock.lap("load")
         if announce is not None:
             announce(scene, plan)
@@ -104,7 +159,7 @@ def _render(scene: Scene, options: Options, announce: Announce | None = None) ->
             compile_kernels(plan.scene, settings.bands, workers, settings.integrator)
         clock.lap("compile")
         settings.progress.stage("render")
-        run = start_run(plan, settings, workers)
+        run = start_run(plan, settings, workers, shared)
         # Passes until the budget is spent: photons → radiosity cache → camera pass → irradiance
         # sharing → moments → stop?
         with workers.holding_interrupts():
@@ -127,12 +182,18 @@ def _render(scene: Scene, options: Options, announce: Announce | None = None) ->
     return Result(images.buffers, images.errors, settings.bands, record, images.block_errors)
 
 
-def render_file(source: SceneSource, options: Options, announce: Announce | None = None) -> Result:
+def render_file(
+    source: SceneSource,
+    options: Options,
+    announce: Announce | None = None,
+    shared: SharedWork | None = None,
+) -> Result:
     """Load a scene and render it; its record has the seconds and the warnings of loading too.
 
     Parameters
     ----------
     announce : called with the scene and how it will be simulated, before the passes begin
+    shared : by the views of a scene; None for one view alone
 
     Raises
     ------
@@ -143,9 +204,9 @@ def render_file(source: SceneSource, options: Options, announce: Announce | None
     with listening() as messages:
         if not isinstance(options.progress, bool | None):
             options.progress.stage("load")
-        scene = source.load()
+        scene = source.load() if shared is None else shared.load(source)
         loading = time.perf_counter() - start
-        result = _render(scene, options, announce)
+        result = _render(scene, options, announce, shared)
     result.record["warnings"] = messages
     result.record["seconds"]["load"] += loading
     return result
@@ -219,8 +280,12 @@ class Images:
     unresolved: NDArray[np.bool_]
 
 
-def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
+def compile_and_plan(
+    scene: Scene, settings: Settings, shared: SharedWork | None = None
+) -> RenderPlan:
     """Compile a scene into arrays, and decide on effects, spectral columns and storage.
+
+    The arrays of a scene that was compiled for another view are `shared`.
 
     Raises
     ------
@@ -233,7 +298,8 @@ def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
         settings.pixels, 1, settings.photons, faces, passes, unbiased=unbiased, buffers=buffers
     )
     check_memory(least.need, settings.memory)  # refused before time is spent on compiling
-    compiled = compile_scene(scene, bands, film.width / film.height)
+    compiling = compile_scene if shared is None else shared.compile
+    compiled = compiling(scene, bands, film.width / film.height)
     fingerprint = describe_run(compiled, bands, film, settings.deciding)
     effects = plan_effects(compiled, settings.effects, count_distinct(compiled), bands.count)
     simulated = leave_out(compiled, effects)
@@ -266,10 +332,12 @@ def compile_and_plan(scene: Scene, settings: Settings) -> RenderPlan:
     return RenderPlan(simulated, pass_scene, effects, columns, kept, storage, fingerprint, lights)
 
 
-def start_run(plan: RenderPlan, settings: Settings, workers: Workers) -> Run:
+def start_run(
+    plan: RenderPlan, settings: Settings, workers: Workers, shared: SharedWork | None = None
+) -> Run:
     """Prepare the passes, their moments and the loop over them, from the checkpoint if resumed.
 
-    Lights that seem hidden are rarely sampled.
+    Lights that seem hidden are rarely sampled. Photons are `shared` by views that need the same.
 
     Raises
     ------
@@ -291,6 +359,8 @@ def start_run(plan: RenderPlan, settings: Settings, workers: Workers) -> Run:
             workers,
             plan.effects,
             storage,
+            shared=shared,
+            light=_describe_light(plan, hidden),
         ),
     )
     adapts = settings.adaptive and integrator.adapts
@@ -311,6 +381,13 @@ def start_run(plan: RenderPlan, settings: Settings, workers: Workers) -> Run:
         settings.resume,
     )
     return Run(plan, settings, workers, hidden, integrator, moments, loop)
+
+
+def _describe_light(plan: RenderPlan, hidden: list[str]) -> Hashable:
+    """Return what decides the photons of all passes: all that decides the arrays but the camera."""
+    deciding = {name: value for name, value in plan.fingerprint.items() if name != "camera"}
+    simulated = [name for name, effect in plan.effects.effects.items() if effect.on]
+    return json.dumps([deciding, simulated, hidden])
 
 
 def assemble_images(run: Run) -> Images:

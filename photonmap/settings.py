@@ -7,8 +7,8 @@ fingerprint of the run, and the table in docs/guide.md (`python tools/make_optio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from importlib import import_module
 from numbers import Integral
 from operator import attrgetter
@@ -30,6 +30,7 @@ from photonmap.film.budget import (
 )
 from photonmap.integrators.choice import METHODS, choose_integrator
 from photonmap.runtime.options import (
+    Option,
     check_bytes,
     check_size,
     list_options,
@@ -43,6 +44,7 @@ from photonmap.runtime.progress import CompileNotice, Progress, check_progress, 
 if TYPE_CHECKING:
     from photonmap.kernels.core.passes import Film
     from photonmap.results.result import Result
+    from photonmap.scene.camera import Camera
     from photonmap.spectra.bands import Bands
 
 MOST_PHOTONS = 1 << 32
@@ -206,6 +208,22 @@ class Options:
         "between passes",
         check=check_watch,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Views(Options):
+    """The options of `photonmap.render_views`: those of a render, for each of its cameras."""
+
+    cameras: Sequence[Camera | str] | None = field(
+        default=None,
+        kw_only=False,
+        metadata={
+            "option": Option(
+                help="that the scene is rendered by, or names of the scene's own",
+                default_text="every camera of the scene",
+            )
+        },
+    )
 
 
 OPTIONS = list_options(Options)

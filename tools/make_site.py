@@ -22,8 +22,8 @@ PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "kernels
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")
 GROUPS = {
     "Rendering": (
-        "render", "settings.Options", "preview", "merge", "load_scene", "save_scene", "load_result",
-        "camera_rays",
+        "render", "render_views", "settings.Options", "preview", "merge", "load_scene",
+        "save_scene", "load_result", "camera_rays",
     ),
     "Results": ("Result",),
     "Scenes": (

@@ -18,6 +18,7 @@ from photonmap.version import __version__
 from photonmap.viewer.live import ADDRESS, Tev
 
 if TYPE_CHECKING:
+    from photonmap.integrators.shared_work import SharedWork
     from photonmap.render import RenderPlan
     from photonmap.scene.scene import Scene
 
@@ -57,14 +58,19 @@ def run(options: argparse.Namespace) -> int | None:
         check_output(file, options.buffers)
     for checkpoint, (_, file) in product(filter(None, checkpoints), outputs):
         check_apart(checkpoint, file)
-    for view, file in outputs:
-        if code := _render(options, view, file):
-            return code
+    from photonmap.integrators.shared_work import SharedWork
+
+    with SharedWork(options.threads, options.memory) as work:
+        for view, file in outputs:
+            if code := _render(options, view, file, work if len(outputs) > 1 else None):
+                return code
     return None
 
 
-def _render(options: argparse.Namespace, source: SceneSource, output: str) -> int | None:
-    """Render by one camera, and return the exit code."""
+def _render(
+    options: argparse.Namespace, source: SceneSource, output: str, work: SharedWork | None
+) -> int | None:
+    """Render by one camera, which shares its work with others, and return the exit code."""
     from photonmap.render import render_file
     from photonmap.settings import Options
 
@@ -78,7 +84,7 @@ def _render(options: argparse.Namespace, source: SceneSource, output: str) -> in
     try:
         announce = None if options.quiet else partial(_announce, progress)
         chosen = Options(**given, progress=progress, watch=viewer)
-        result = render_file(source, chosen, announce)
+        result = render_file(source, chosen, announce, work)
         with answering_interrupts():
             progress.stage("write")
             result.save(output, options.buffers, options.white)

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from photonmap.compile.camera import compile_camera, frame_scene
 from photonmap.compile.frame import Frame, choose_frame
-from photonmap.compile.geometry import check_meshes, join_meshes
-from photonmap.compile.lights.emitters import Emitters, compile_lights
+from photonmap.compile.geometry import check_meshes, join_meshes, without_strays
+from photonmap.compile.lights.emitters import DEFAULT_LIGHT, Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
 from photonmap.compile.surfaces.coats import with_coats
@@ -144,6 +144,22 @@ def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledSc
     embree = EmbreeScene(compiled.geometry.vertices, compiled.geometry.triangles)
     geometry = compiled.geometry._replace(scene=embree.address)
     return replace(compiled, geometry=geometry, embree=embree)
+
+
+def seen_by(compiled: CompiledScene, scene: Scene) -> CompiledScene | None:
+    """Return a compiled scene as the camera of a scene of the same meshes and lights sees it.
+
+    None where more depends on the camera: the origin, which may be a camera that stands close to
+    something, or the default light.
+    """
+    if scene.camera is None or DEFAULT_LIGHT in compiled.light_names:
+        return None
+    with naming_file(scene.file):
+        camera = check_camera(scene.camera)
+    parts = [without_strays(mesh).vertices for mesh in scene.meshes if len(mesh.faces)]
+    center, size = choose_frame(np.concatenate(parts), camera)
+    is_same = np.array_equal(center, compiled.center) and size == compiled.size
+    return replace(compiled, camera=camera) if is_same else None
 
 
 def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledScene:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -43,6 +43,9 @@ from photonmap.kernels.lights.selection import SCRATCH
 from photonmap.runtime.storage import RAM, Storage
 from photonmap.runtime.workers import Workers
 
+if TYPE_CHECKING:
+    from photonmap.integrators.shared_work import SharedWork
+
 TILE = 512
 """Pixels of a span."""
 LEVELS = 64
@@ -62,6 +65,8 @@ class PassSetup:
     effects: EffectPlan | None = None  # which are simulated; None for all
     storage: Storage = RAM  # where the arrays lie
     unbiased: bool = False  # whether the mean of passes is to be exact
+    shared: SharedWork | None = None  # by the views of a scene; None where there is one
+    light: Hashable = None  # of these, what decides the photons
 
     @property
     def pixels(self) -> int:
@@ -135,6 +140,8 @@ class Counters:
     """photons truncated after `MAX_BOUNCES`"""
     photon_seconds: float = 0.0
     caustic_seconds: float = 0.0
+    reused: int = 0
+    """of the photons, those that were traced for an earlier view of the scene"""
     rays_by_kind: dict[str, int] = field(default_factory=dict)
     """cast in passes: those of `RAY_KINDS`, `photon` and `caustic`; in path tracing `path`"""
 
@@ -149,10 +156,18 @@ class Counters:
             if count:
                 self.rays_by_kind[kind] = self.rays_by_kind.get(kind, 0) + count
 
+    def add(self, other: Counters) -> None:
+        """Add what is counted elsewhere."""
+        self.add_rays(**other.rays_by_kind)
+        for name, value in asdict(other).items():
+            if name != "rays_by_kind":
+                setattr(self, name, getattr(self, name) + value)
+
     def describe(self) -> dict[str, Any]:
         """Return what the run record says of them."""
         return {
             "photons": self.photons,
+            "photons_reused": self.reused,
             "photons_stored": self.stores,
             "rays": self.rays,
             "rays_by_kind": dict(self.rays_by_kind),

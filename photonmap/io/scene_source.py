@@ -49,12 +49,21 @@ class SceneSource:
             cannot be read; there is no camera of the name; or there is no camera to give a
             target alone
         """
+        return self.choose(self.read())
+
+    def read(self) -> Scene:
+        """Load the scene with the chosen spectra, and the cameras of the file."""
         from photonmap.io.readers.scene_file import load_scene
-        from photonmap.scene.camera import Camera
 
         use_measured_sets(self.munsell, self.illuminants)
         with refusing_warnings() if self.strict else nullcontext():
-            scene = load_scene(self.path, self.missing_textures, self.root)
+            return load_scene(self.path, self.missing_textures, self.root)
+
+    def choose(self, scene: Scene) -> Scene:
+        """Return the scene that was read with the chosen camera; `InputError` as `load`."""
+        from photonmap.scene.camera import Camera
+
+        scene = replace(scene)
         if self.view is not None:
             scene = scene.seen_by(self.view)
         if scene.camera is not None:

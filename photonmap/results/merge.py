@@ -288,6 +288,7 @@ def merge_records(records: list[dict[str, Any]], merged: Result) -> dict[str, An
         "merged": runs,
         **sums,
         "rays_by_kind": _sum_numbers([record.get("rays_by_kind", {}) for record in records]),
+        "photons_reused": sum(record.get("photons_reused", 0) for record in records),
         "pass_samples": min(record.get("pass_samples", 1.0) for record in records),
         "error": relative_error(merged),
         "goal": None,

@@ -10,7 +10,7 @@ import numpy as np
 
 from photonmap.errors import InputError, warn
 from photonmap.runtime.wording import listed, shown, suggest
-from photonmap.scene.camera import FOV, Camera
+from photonmap.scene.camera import FOV, Camera, check_camera
 from photonmap.scene.lights import AreaLight, Light, area_meshes
 from photonmap.scene.material import Material
 from photonmap.scene.mesh import Mesh
@@ -164,6 +164,30 @@ class Scene:
         names = [camera.name for camera in self.every_camera if camera.name]
         known = f"the scene has {listed(names)}" if names else "the scene has no named camera"
         raise InputError(f"there is no camera {shown(name)}; {known}")
+
+    def seen_by_each(self, cameras: Sequence[Camera | str] | None = None) -> list[Scene]:
+        """Return the scene once with each of some cameras in use.
+
+        Parameters
+        ----------
+        cameras : any cameras, or names of the scene's own; None for all that it has
+
+        Raises
+        ------
+        InputError : there are none, one is not valid, or no camera has a name
+        """
+        chosen = self.every_camera if cameras is None else cameras
+        if isinstance(chosen, Camera | str):
+            chosen = [chosen]
+        if not isinstance(chosen, list | tuple) or not chosen:
+            remedy = "give some, as in cameras=[photonmap.Camera((0, 0, 3), (0, 0, 0))]"
+            raise InputError(f"there are no cameras to render by; {remedy}")
+        return [
+            self.seen_by(each)
+            if isinstance(each, str)
+            else replace(self, camera=check_camera(each))
+            for each in chosen
+        ]
 
     def with_materials(self, materials: Mapping[str, Material]) -> Scene:
         """Return the scene with other materials for some of its objects.

@@ -13,7 +13,7 @@ import photonmap as pm
 from photonmap.compile.scene_arrays import VARIANTS, compile_scene, variant_of
 from photonmap.integrators.kernel_warmup import _setup, _smallest
 from photonmap.integrators.missing_light import find_hidden_lights
-from photonmap.integrators.photon_mapping.integrator import PhotonIntegrator
+from photonmap.integrators.photon_mapping.photon_tracer import PhotonTracer
 from photonmap.kernels.core.streams import Domain
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
@@ -126,7 +126,7 @@ def test_few_kernels_serve_all_scenes():
 def test_photons_hit_the_triangle(small):
     """Else paths would take their place, and the cache's kernels be compiled in the first pass."""
     with Workers(1) as workers:
-        assert not PhotonIntegrator(_setup(small[1], RGB, workers)).traces_paths_instead
+        assert not PhotonTracer(_setup(small[1], RGB, workers)).traces_paths_instead
 
 
 def test_nothing_is_said_of_lights_that_stand_in(small):

@@ -29,6 +29,8 @@ DIMMEST, BRIGHTEST = 1e-30, 1e30
 """Power of all lights, W·m⁻²·sr⁻¹ times the square of the scene's size: images are float32."""
 
 _MOST_PARAMETERS = max(len(kind.functions.Parameters._fields) for kind in kinds.KINDS.values())
+DEFAULT_LIGHT = "default"
+"""Name of the light of a scene without any."""
 EDGE_ON = 1e-6  # Share of a portal's area that a sun sees at least: photons of suns start somewhere
 
 
@@ -171,7 +173,7 @@ def _find_shining(
             "a soft key light from above and to the left of the camera"
         )
         sky = default_sky(camera, bands)
-        return _Shining([EnvironmentLight(sky.texels, name="default")], sky, 0)
+        return _Shining([EnvironmentLight(sky.texels, name=DEFAULT_LIGHT)], sky, 0)
     around = [k for k, light in enumerate(shining) if isinstance(light, DomeLight | MappedLight)]
     return _Shining(shining, sky, around[0] if around else -1)
 

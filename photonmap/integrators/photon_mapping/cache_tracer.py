@@ -56,15 +56,15 @@ def bundle_count(photons: int) -> int:
 class CacheTracer:
     """Traces the photons of passes into radiosity caches, and counts them."""
 
-    def __init__(self, setup: PassSetup, counters: Counters) -> None:
-        self._setup, self._counters = setup, counters
+    def __init__(self, setup: PassSetup) -> None:
+        self._setup = setup
         self._areas = triangle_areas(setup.compiled.geometry)
         self._layouts: dict[int, Layout] = {}
         self._bundles = np.empty((0, 0, 0), np.float32)
         stores = stores_per_photon(setup, MAX_BOUNCES)
         self._cells_per_photon = min(stores / STORES_PER_CELL, MOST_CELLS_PER_PHOTON)
 
-    def trace(self, index: int, wider: int = 0) -> RadiosityCache:
+    def trace(self, index: int, wider: int, counters: Counters) -> RadiosityCache:
         """Return the cache of pass `index`, with cells `wider` times doubled in width."""
         setup, total, scene = self._setup, self._setup.photons, self._setup.scene(index)
         layout = self._layout(index, wider)
@@ -86,7 +86,6 @@ class CacheTracer:
             bundles,
         )
         stores, rays, truncated = np.sum(counts, axis=0).tolist()
-        counters = self._counters
         counters.stores += stores
         counters.truncated += truncated
         counters.photons += total

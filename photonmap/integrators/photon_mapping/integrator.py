@@ -25,9 +25,8 @@ from photonmap.integrators.base import (
     empty_estimate,
     leave_out,
 )
-from photonmap.integrators.photon_mapping.cache_tracer import CacheTracer
-from photonmap.integrators.photon_mapping.caustics import CausticTracer, connect, no_caustics
-from photonmap.integrators.photon_mapping.pilot import do_photons_hit
+from photonmap.integrators.photon_mapping.caustics import connect, no_caustics
+from photonmap.integrators.photon_mapping.photon_tracer import tracer_of
 from photonmap.integrators.sampling_plan import (
     FOOTPRINT_PIXELS,
     FOOTPRINT_TURN,
@@ -38,7 +37,6 @@ from photonmap.kernels.core.passes import (
     CausticMap,
     Estimate,
     PhotonMaps,
-    RadiosityCache,
     SamplingPlan,
 )
 from photonmap.kernels.core.record_types import absent
@@ -60,6 +58,7 @@ class PhotonIntegrator:
     def __init__(self, setup: PassSetup) -> None:
         self._setup = setup
         self._specular = setup.compiled.specular is not None
+        self._tracer = tracer_of(setup)
         self._estimate = empty_estimate(setup)
         self._shared = setup.storage.zeros((setup.pixels, setup.bands))
         self.counters = Counters()
@@ -97,15 +96,12 @@ class PhotonIntegrator:
         return spent | ({"caustics": counters.caustic_seconds} if self._specular else {})
 
     def trace_photons(self, index: int, wider: int = 0) -> PhotonMaps:
-        """Trace the photons of a pass: its radiosity cache, and its caustic map if it has one."""
-        start = time.perf_counter()
-        cache = self._trace_cache(index, wider)
-        traced = time.perf_counter()
-        caustics = self._trace_caustics(index, wider)
-        ended = time.perf_counter()
-        self.counters.caustic_seconds += ended - traced
-        self.counters.photon_seconds += ended - start
-        return PhotonMaps(cache, caustics)
+        """Return the photons of a pass: its radiosity cache, and its caustic map if it has one."""
+        before = self._tracer.setup_seconds
+        maps, counters = self._tracer.trace(index, wider)
+        self.setup_seconds += self._tracer.setup_seconds - before
+        self.counters.add(counters)
+        return maps
 
     def run_camera_pass(self, index: int, photon_maps: PhotonMaps) -> Estimate:
         """Run the camera pass: direct light, final gathering, specular chains."""
@@ -188,18 +184,6 @@ class PhotonIntegrator:
         half = index // replicate_size(index) % 2
         return scale_plan(self.plan, scales[half], self._setup.spreads)
 
-    @cached_property
-    def traces_paths_instead(self) -> bool:
-        """Whether photons hit too little to estimate light: then gather rays go on as paths.
-
-        What gather rays see via specular surfaces is always looked up.
-        """
-        setup = self._setup
-        if self._specular or not self.shares:
-            return False
-        with self._setting_up():
-            return not do_photons_hit(setup)
-
     def truncated_fraction(self) -> float:
         """Return 0: camera rays end in the cache, and truncated photons are counted."""
         return 0.0
@@ -222,31 +206,6 @@ class PhotonIntegrator:
         if photon_maps.caustics is not None:
             connect(self._setup, self._job(0, photon_maps, self.plan), self._estimate)
         return self.share(0, self._estimate)
-
-    def _trace_cache(self, index: int, wider: int) -> RadiosityCache:
-        if not self.shares or self.traces_paths_instead:
-            return empty_cache(self._setup.bands)
-        return self._cache_tracer.trace(index, wider)
-
-    @cached_property
-    def _cache_tracer(self) -> CacheTracer:
-        return CacheTracer(self._setup, self.counters)
-
-    def _trace_caustics(self, index: int, wider: int) -> CausticMap | None:
-        if not self._specular:
-            return None
-        if not self._setup.simulates("caustics"):
-            return no_caustics(self._setup.bands)
-        tracer = self._caustic_tracer
-        caustics, rays = tracer.trace(index, wider)
-        self.counters.photons += tracer.photons
-        self.counters.add_rays(caustic=rays)
-        return caustics
-
-    @cached_property
-    def _caustic_tracer(self) -> CausticTracer:
-        with self._setting_up():
-            return CausticTracer(self._setup)
 
     @contextmanager
     def _setting_up(self) -> Iterator[None]:

@@ -1,0 +1,106 @@
+"""What the views of a scene share: done for the first of them, and used by the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import replace
+from typing import Any, Self, TypeVar
+
+import numpy as np
+
+from photonmap.compile.scene_arrays import CompiledScene, compile_scene, seen_by
+from photonmap.errors import listening, repeat
+from photonmap.io.scene_source import SceneSource
+from photonmap.runtime.storage import free_memory
+from photonmap.runtime.workers import Workers
+from photonmap.scene.scene import Scene
+from photonmap.spectra.bands import Bands
+
+T = TypeVar("T")
+
+MOST_BYTES = 512e6
+"""Of photon maps that are kept for further views."""
+PART = 1 / 4
+"""Of the free memory, and of the memory that a render may use, that they fill at most."""
+
+
+class Room:
+    """Bytes that are left for what is kept."""
+
+    def __init__(self, size: float) -> None:
+        self._left = size
+        self._counted: dict[int, Any] = {}
+
+    def take(self, record: Any) -> bool:
+        """Return whether the arrays of a record fit in; those that are there already take none."""
+        new = {id(each): each for each in _arrays(record) if id(each) not in self._counted}
+        size = sum(each.nbytes for each in new.values())
+        if size > self._left or size > PART * free_memory():
+            return False
+        self._left -= size
+        self._counted |= new
+        return True
+
+
+NO_ROOM = Room(-1.0)
+
+
+def _arrays(record: Any) -> Iterator[np.ndarray]:
+    """Yield the arrays in a record and its records."""
+    if isinstance(record, np.ndarray):
+        yield record
+    elif isinstance(record, tuple):
+        for part in record:
+            yield from _arrays(part)
+
+
+class SharedWork:
+    """What the views of a scene share, and the threads that render them.
+
+    Scenes are taken to be the same if they have the same meshes and lights, which do not change.
+    """
+
+    def __init__(self, threads: int | None = None, memory: float | None = None) -> None:
+        self.workers = Workers(threads)
+        self.room = Room(min(MOST_BYTES, np.inf if memory is None else PART * memory))
+        self._loaded: tuple[SceneSource, Scene, list[str]] | None = None
+        self._compiled: tuple[Any, Scene, CompiledScene, list[str]] | None = None
+        self._made: dict[Hashable, Any] = {}
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """End the threads."""
+        self.workers.__exit__(*exception)
+
+    def load(self, source: SceneSource) -> Scene:
+        """Return `source.load()`; the file of views that follow each other is read once."""
+        whole = replace(source, view=None)
+        if self._loaded is not None and self._loaded[0] == whole:
+            repeat(self._loaded[2])
+        else:
+            with listening() as messages:
+                self._loaded = whole, source.read(), messages
+        return source.choose(self._loaded[1])
+
+    def compile(self, scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
+        """Return `compile_scene(…)`; a scene that differs in its camera alone is compiled once."""
+        things = bands, [*map(id, scene.meshes)], [*map(id, scene.lights)]
+        if self._compiled is not None and self._compiled[0] == things:
+            seen = seen_by(self._compiled[2], scene)
+            if seen is not None:
+                repeat(self._compiled[3])
+                return seen
+        with listening() as messages:
+            compiled = compile_scene(scene, bands, aspect)
+        self._compiled = things, scene, compiled, messages
+        return compiled
+
+    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what was made for an equal key, or make it."""
+        if key not in self._made:
+            self._made[key] = make()
+        made: T = self._made[key]
+        return made
