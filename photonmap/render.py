@@ -48,7 +48,7 @@ from photonmap.integrators.missing_light import (
     warn_of_truncated_paths,
 )
 from photonmap.integrators.render_loop import RenderLoop
-from photonmap.integrators.shared_work import SharedWork
+from photonmap.integrators.shared_work import SharedScene, SharedWork
 from photonmap.io.scene_source import SceneSource
 from photonmap.kernels.core.passes import Film, View
 from photonmap.kernels.core.streams import Domain
@@ -90,7 +90,7 @@ def render(scene: Scene | str | PathLike[str], options: Options) -> Result:
     """
     if isinstance(scene, str | PathLike):
         return render_file(SceneSource(os.fspath(scene)), options)
-    return _render(check_scene(scene), options)
+    return render_scene(check_scene(scene), options)
 
 
 @taking_keywords_of(Views)
@@ -133,21 +133,23 @@ def _render_each(views: list[Scene], options: Views) -> Iterator[Result]:
                 file = Path(options.checkpoint)
                 file = file.with_name(f"{file.stem}-{number}{file.suffix}")
                 own = replace(options, checkpoint=file)
-            result = _render(scene, own, shared=shared)
+            result = render_scene(scene, own, shared=shared)
             yield result
             if result.record["interrupted"]:
                 return
 
 
-def _render(
+def render_scene(
     scene: Scene,
     options: Options,
     announce: Announce | None = None,
-    shared: SharedWork | None = None,
+    shared: SharedScene | None = None,
 ) -> Result:
+    """Render a scene; `announce` and what is `shared` are as of `render_file`."""
     settings, clock = Settings.of(options), Clock()
     shown = settings.progress if options.progress is True else Silent()
-    pool = Workers(settings.threads) if shared is None else nullcontext(shared.workers)
+    work = shared if isinstance(shared, SharedWork) else None
+    pool = Workers(settings.threads) if work is None else nullcontext(work.workers)
     with listening() as messages, pool as workers, closing(shown):
         plan = compile_and_plan(scene, settings, shared)
         clock.lap("load")
@@ -159,7 +161,7 @@ def _render(
             compile_kernels(plan.scene, settings.bands, workers, settings.integrator)
         clock.lap("compile")
         settings.progress.stage("render")
-        run = start_run(plan, settings, workers, shared)
+        run = start_run(plan, settings, workers, work)
         # Passes until the budget is spent: photons → radiosity cache → camera pass → irradiance
         # sharing → moments → stop?
         with workers.holding_interrupts():
@@ -193,7 +195,7 @@ def render_file(
     Parameters
     ----------
     announce : called with the scene and how it will be simulated, before the passes begin
-    shared : by the views of a scene; None for one view alone
+    shared : by renders that follow each other; None for nothing
 
     Raises
     ------
@@ -206,7 +208,7 @@ def render_file(
             options.progress.stage("load")
         scene = source.load() if shared is None else shared.load(source)
         loading = time.perf_counter() - start
-        result = _render(scene, options, announce, shared)
+        result = render_scene(scene, options, announce, shared)
     result.record["warnings"] = messages
     result.record["seconds"]["load"] += loading
     return result
@@ -281,7 +283,7 @@ class Images:
 
 
 def compile_and_plan(
-    scene: Scene, settings: Settings, shared: SharedWork | None = None
+    scene: Scene, settings: Settings, shared: SharedScene | None = None
 ) -> RenderPlan:
     """Compile a scene into arrays, and decide on effects, spectral columns and storage.
 

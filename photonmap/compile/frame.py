@@ -46,6 +46,6 @@ def choose_frame(vertices: Floats, camera: Camera | None) -> Frame:
     if camera is None:
         return Frame(middle, size)
     origin = np.array(camera.origin)
-    nearest = np.abs(vertices - origin).max(axis=1).min()
+    nearest = np.maximum.reduce([*np.abs(vertices - origin).T]).min()
     inside = np.abs(origin - middle).max() <= size
     return Frame(origin if inside and nearest < CLOSE * size else middle, size)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from photonmap.compile.camera import compile_camera, frame_scene
 from photonmap.compile.frame import Frame, choose_frame
-from photonmap.compile.geometry import check_meshes, join_meshes, without_strays
+from photonmap.compile.geometry import check_meshes, join_meshes
 from photonmap.compile.lights.emitters import DEFAULT_LIGHT, Emitters, compile_lights
 from photonmap.compile.materials import compile_materials
 from photonmap.compile.media.media import plan_media
@@ -129,6 +129,18 @@ class CompiledScene:
             thin |= alpha.panes.ior > 0.0
         return thin
 
+    @cached_property
+    def hashes(self) -> dict[str, str]:
+        """Hashes of all arrays, by what they describe."""
+        scatterers = self.specular, self.scattering, self.textures
+        glow = () if self.fluorescence is None else (self.fluorescence,)
+        ids = self.object_ids, self.material_ids
+        return {
+            "geometry": digest((self.geometry, (self.center, self.size), ids)),
+            "materials": digest((self.materials, scatterers, self.images, *glow)),
+            "lights": digest((self.lights, self.light_groups, self.power)),
+        }
+
     def film_camera(self, width: int, height: int) -> passes.Camera:
         """Return the camera over an image of the given size, in the kernels' units."""
         camera = compile_camera(self.camera, Frame(self.center, self.size), (width, height))
@@ -146,20 +158,22 @@ def compile_scene(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledSc
     return replace(compiled, geometry=geometry, embree=embree)
 
 
-def seen_by(compiled: CompiledScene, scene: Scene) -> CompiledScene | None:
+def seen_by(compiled: CompiledScene, scene: Scene, vertices: Floats) -> CompiledScene | None:
     """Return a compiled scene as the camera of a scene of the same meshes and lights sees it.
 
     None where more depends on the camera: the origin, which may be a camera that stands close to
-    something, or the default light.
+    something, or the default light. Vertices are those of the scene's faces, (V, 3).
     """
     if scene.camera is None or DEFAULT_LIGHT in compiled.light_names:
         return None
     with naming_file(scene.file):
         camera = check_camera(scene.camera)
-    parts = [without_strays(mesh).vertices for mesh in scene.meshes if len(mesh.faces)]
-    center, size = choose_frame(np.concatenate(parts), camera)
-    is_same = np.array_equal(center, compiled.center) and size == compiled.size
-    return replace(compiled, camera=camera) if is_same else None
+    center, size = choose_frame(vertices, camera)
+    if size != compiled.size or not np.array_equal(center, compiled.center):
+        return None
+    seen = replace(compiled, camera=camera)
+    seen.hashes = compiled.hashes
+    return seen
 
 
 def compile_arrays(scene: Scene, bands: Bands, aspect: float = 1.0) -> CompiledScene:
@@ -279,22 +293,13 @@ def describe_run(
     are further numbers and strings that decide the arrays, by name.
     """
     camera = compiled.film_camera(film.width, film.height)
-    scatterers = compiled.specular, compiled.scattering, compiled.textures
-    glow = () if compiled.fluorescence is None else (compiled.fluorescence,)
-    place = compiled.center, compiled.size
-    ids = compiled.object_ids, compiled.material_ids
-    hashed = {
-        "band curves": json.dumps(bands.describe()),
-        "camera": camera,
-        "geometry": (compiled.geometry, place, ids),
-        "materials": (compiled.materials, scatterers, compiled.images, *glow),
-        "lights": (compiled.lights, compiled.light_groups, compiled.power),
-    }
     return {
         "photonmap": __version__,
         "bands": bands.count,
         "size": f"{film.width}x{film.height}",
         **arguments,
-        **{name: digest(value) for name, value in hashed.items()},
+        "band curves": digest(json.dumps(bands.describe())),
+        "camera": digest(camera),
+        **compiled.hashes,
         "kernels": CACHE_FOLDER.name,
     }

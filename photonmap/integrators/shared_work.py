@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from photonmap.compile.geometry import without_strays
 from photonmap.compile.scene_arrays import CompiledScene, compile_scene, seen_by
 from photonmap.errors import listening, repeat
 from photonmap.io.scene_source import SceneSource
@@ -54,26 +57,37 @@ def _arrays(record: Any) -> Iterator[np.ndarray]:
             yield from _arrays(part)
 
 
-class SharedWork:
-    """What the views of a scene share, and the threads that render them.
+@dataclass(frozen=True)
+class _Compiled:
+    """A scene that was compiled, and the warnings on the way."""
+
+    scene: Scene
+    bands: Bands
+    compiled: CompiledScene
+    messages: list[str]
+
+    def is_of(self, scene: Scene, bands: Bands) -> bool:
+        """Return whether a scene has the same meshes and lights, in the same bands."""
+        pairs = (self.scene.meshes, scene.meshes), (self.scene.lights, scene.lights)
+        same = all([*map(id, own)] == [*map(id, others)] for own, others in pairs)
+        return same and self.bands == bands
+
+    @cached_property
+    def vertices(self) -> NDArray[np.float64]:
+        """The vertices of all faces, (V, 3)."""
+        meshes = [mesh for mesh in self.scene.meshes if len(mesh.faces)]
+        return np.concatenate([without_strays(mesh).vertices for mesh in meshes])
+
+
+class SharedScene:
+    """Reads and compiles a scene once for renders that follow each other.
 
     Scenes are taken to be the same if they have the same meshes and lights, which do not change.
     """
 
-    def __init__(self, threads: int | None = None, memory: float | None = None) -> None:
-        self.workers = Workers(threads)
-        self.room = Room(min(MOST_BYTES, np.inf if memory is None else PART * memory))
+    def __init__(self) -> None:
         self._loaded: tuple[SceneSource, Scene, list[str]] | None = None
-        self._compiled: tuple[Any, Scene, CompiledScene, list[str]] | None = None
-        self._made: dict[Hashable, Any] = {}
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """End the threads."""
-        self.workers.__exit__(*exception)
+        self._compiled: _Compiled | None = None
 
     def load(self, source: SceneSource) -> Scene:
         """Return `source.load()`; the file of views that follow each other is read once."""
@@ -87,16 +101,34 @@ class SharedWork:
 
     def compile(self, scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
         """Return `compile_scene(…)`; a scene that differs in its camera alone is compiled once."""
-        things = bands, [*map(id, scene.meshes)], [*map(id, scene.lights)]
-        if self._compiled is not None and self._compiled[0] == things:
-            seen = seen_by(self._compiled[2], scene)
+        before = self._compiled
+        if before is not None and before.is_of(scene, bands):
+            seen = seen_by(before.compiled, scene, before.vertices)
             if seen is not None:
-                repeat(self._compiled[3])
+                repeat(before.messages)
                 return seen
         with listening() as messages:
             compiled = compile_scene(scene, bands, aspect)
-        self._compiled = things, scene, compiled, messages
+        self._compiled = _Compiled(scene, bands, compiled, messages)
         return compiled
+
+
+class SharedWork(SharedScene):
+    """What the views of a scene share: also the threads that render them, and photons."""
+
+    def __init__(self, threads: int | None = None, memory: float | None = None) -> None:
+        super().__init__()
+        self.workers = Workers(threads)
+        self.room = Room(min(MOST_BYTES, np.inf if memory is None else PART * memory))
+        self._made: dict[Hashable, Any] = {}
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """End the threads."""
+        self.workers.__exit__(*exception)
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return what was made for an equal key, or make it."""

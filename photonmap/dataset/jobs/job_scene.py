@@ -25,6 +25,7 @@ from photonmap.dataset.scenes.illumination import Illumination, check_unchanged
 from photonmap.dataset.scenes.recolor import light_groups, recolor, relight
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.dataset.scenes.view_search import find_camera
+from photonmap.dataset.scenes.views import View
 from photonmap.errors import InputError, SceneWarning, naming
 from photonmap.io.readers.scene_file import load_scene
 from photonmap.results.record import describe_measured_sets
@@ -48,19 +49,24 @@ def make_scene(job: Job) -> Scene:
     """Return the scene of a job, lit, with its camera; reject files that changed since the plan."""
     for color, digest in job.light_files():
         check_unchanged(color, digest)
+    scene = _light(replace(job, view=View()))
+    return replace(scene, camera=find_camera(job.view, scene, job.geometry))
+
+
+@lru_cache(maxsize=1)
+def _light(job: Job) -> Scene:
+    """Return the scene of a job, lit; cached, as its views follow each other, and compiled once."""
     illumination = Illumination(job.illumination, job.colors, job.shares)
     if job.is_procedural:
         looks = job.common.materials, job.common.lightness, job.common.scale
-        scene = _build(job.scene, job.seed, looks, job.common.munsell).lit(illumination)
-    else:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SceneWarning)  # `read_user_scenes` has issued them
-            scene = _load(job.scene)
-        if _digest(scene) != job.content:
-            raise InputError("has changed since the data set was begun; restore it", job.scene)
-        scene = relight(scene, illumination, job.seed)
-        scene = recolor(scene, job.seed) if job.common.recolor else scene
-    return replace(scene, camera=find_camera(job.view, scene, job.geometry))
+        return _build(job.scene, job.seed, looks, job.common.munsell).lit(illumination)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)  # `read_user_scenes` has issued them
+        scene = _load(job.scene)
+    if _digest(scene) != job.content:
+        raise InputError("has changed since the data set was begun; restore it", job.scene)
+    scene = relight(scene, illumination, job.seed)
+    return recolor(scene, job.seed) if job.common.recolor else scene
 
 
 def pieces_in(job: Job, scene: Scene) -> Mask:

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,6 +40,8 @@ from photonmap.spectra.photometry import BY_BANDS
 
 if TYPE_CHECKING:
     from distributed import Client
+
+    from photonmap.integrators.shared_work import SharedScene
 
 ENTRY = "entry.json"
 """File in the folder of an image that holds its entry in the manifest."""
@@ -128,7 +131,8 @@ def render_job(
     seconds : of rendering; None for the usual
     buffers : names of those that files are to hold; None for all
     """
-    from photonmap.render import render
+    from photonmap.render import render_scene
+    from photonmap.settings import Options
 
     options = {name: getattr(job.common, name) for name in taken_by(DATASET)}
     options |= {"seconds": seconds, "buffers": rendered_for(buffers)}
@@ -137,13 +141,21 @@ def render_job(
     options |= {"seed": job.render_seed, "per_light": True, "progress": SpokenStages()}
     with warnings.catch_warnings():  # of each image alike: its record says so
         warnings.filterwarnings("ignore", f".*{BY_BANDS}")
-        result = render(scene, **options, threads=threads)
+        result = render_scene(scene, Options(**options, threads=threads), shared=_shared_scene())
     if result.record["interrupted"]:
         raise KeyboardInterrupt
     sets = result.record["measured_sets"]
     result.record["measured_sets"] = {role: path and Path(path).name for role, path in sets.items()}
     result.record["white"] = None  # the colours of lights are what data sets are about
     return result
+
+
+@cache
+def _shared_scene() -> SharedScene:
+    """Return what compiles a scene once for all its views; photons are of each image."""
+    from photonmap.integrators.shared_work import SharedScene
+
+    return SharedScene()
 
 
 def select_measured_sets(job: Job) -> None:

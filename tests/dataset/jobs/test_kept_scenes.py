@@ -5,16 +5,20 @@ import dataclasses
 import numpy as np
 import pytest
 
+from photonmap.compile import scene_arrays
 from photonmap.dataset.files.derived_buffers import one_piece
 from photonmap.dataset.jobs import job_scene
 from photonmap.dataset.jobs.plan import CommonSettings, plan_jobs
 from photonmap.dataset.jobs.presets import Preset
 from photonmap.dataset.jobs.render_image import Task, render_image
 from photonmap.dataset.scenes.build import build_unlit_scene
+from photonmap.dataset.scenes.views import View
+from photonmap.integrators import shared_work
 
 COMMON = CommonSettings((24, 18), "3", "0.5", inputs="0")
 LIGHTS = ("white", "colored", "two_mixed")
 ROOM = "corridor"
+OWN = View()
 
 
 @pytest.fixture(autouse=True)
@@ -26,11 +30,13 @@ def _forget():
 
 def forget():
     job_scene._build.cache_clear()
+    job_scene._light.cache_clear()
     job_scene._pieces.clear()
 
 
-def jobs_of(*scenes, lights=LIGHTS, common=COMMON, count=1):
-    return plan_jobs(Preset("own", scenes, illuminations=lights), [], common, count=count)
+def jobs_of(*scenes, lights=LIGHTS, common=COMMON, count=1, views=(OWN,)):
+    preset = Preset("own", scenes, illuminations=lights, views=views)
+    return plan_jobs(preset, [], common, count=count)
 
 
 def test_images_are_the_same_and_scenes_are_built_once(tmp_path, monkeypatch):
@@ -50,6 +56,26 @@ def test_images_are_the_same_and_scenes_are_built_once(tmp_path, monkeypatch):
     anew = render_image(Task(jobs[1], str(tmp_path / "anew"), ("exr",)))
     assert anew["arrays"] == kept[1]["arrays"]
     assert len(built) == 2
+
+
+@pytest.mark.slow
+def test_views_in_one_light_are_the_same_and_compiled_once(tmp_path, monkeypatch):
+    compiled = []
+
+    def compile_scene(*given):
+        compiled.append(given)
+        return scene_arrays.compile_scene(*given)
+
+    monkeypatch.setattr(shared_work, "compile_scene", compile_scene)
+    for folder in ("kept", "anew"):
+        (tmp_path / folder).mkdir()
+    jobs = jobs_of("jug", lights=("white",), views=(OWN, View("side", yaw=20.0)))
+    kept = [render_image(Task(job, str(tmp_path / "kept"), ("exr",))) for job in jobs]
+    assert len(compiled) == 1
+    forget()
+    anew = render_image(Task(jobs[1], str(tmp_path / "anew"), ("exr",)))
+    assert anew["arrays"] == kept[1]["arrays"]
+    assert len(compiled) == 2
 
 
 def test_a_room_in_one_light_is_that_in_another():
