@@ -29,7 +29,7 @@ def _result(seed, spread, passes=16, stated=None):
 
 def _kinds():
     """Left third flat, then a penumbra, then an edge."""
-    prepass = Prepass(*(np.zeros(SIZE, np.uint8) for _ in range(5)))
+    prepass = Prepass(*(np.zeros(SIZE, np.uint8) for _ in Prepass._fields))
     prepass.flat[:, :60], prepass.penumbra[:, 31:50] = 1, 1
     return pixel_kinds(prepass, (WIDTH, HEIGHT))
 
