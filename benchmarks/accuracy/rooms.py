@@ -25,6 +25,7 @@ from benchmarks.harness.options import Options
 from benchmarks.harness.table import Cell, Table
 from photonmap.film.bias import is_repeated
 from photonmap.film.blocks import SIDE
+from photonmap.film.budget import usual_photons
 from photonmap.film.relative_error import relative_squares, valid_pixels
 
 FEW = ((1, 0.25), (2, 0.25), (1, 1.0), (4, 1.0))
@@ -36,6 +37,8 @@ LONGEST = 60.0
 LEAST = 1
 """Passes of the smallest budget, which cannot be divided."""
 PATH_PASSES = 4
+UNBIASED, SMALLER = 128, 4
+"""Passes of the truth without bias, and by how much its image is narrower and lower."""
 SCALAR_TO_LLVM = "2.7 and 1.9"
 """Mitsuba's scalar path tracer to the one compiled for vectors: docs/performance.md."""
 RATIOS = ("path", "Mitsuba", "Mitsuba, denoised or not")
@@ -89,7 +92,9 @@ class Compared:
     """bias, and differences from Mitsuba's means"""
     denoised: list[Point]
     """processor seconds and relMSE of Mitsuba's denoised renders, by `DENOISED`; or none"""
-    variant: str
+    small: list[Cell]
+    """`calibration.COLUMNS` of a small image against one without bias, if there can be one"""
+    variant: str = ""
     """of Mitsuba, empty if there is none"""
     reason: str = ""
     """why there is none"""
@@ -135,7 +140,13 @@ def tables(found: list[Compared], options: Options) -> list[Table]:
         ["scene", *COLUMNS],
         [[each.name, *each.own.calibration] for each in found],
     )
-    return [times, _ratios(found), differences, _denoised(found), calibrated, _rays(found)]
+    small = Table(
+        f"rooms: the same at a quarter of the size, against {UNBIASED} passes without bias",
+        ["scene", *COLUMNS],
+        [[each.name, *each.small] for each in found if each.small],
+    )
+    denoised = _denoised(found)
+    return [times, _ratios(found), differences, denoised, calibrated, small, _rays(found)]
 
 
 def _ratios(found: list[Compared]) -> Table:
@@ -195,7 +206,8 @@ def _compare(name: str, scene: pm.Scene, size: tuple[int, int], options: Options
         "ours": [time_to(level, own.points, LEAST) for level in LEVELS],
         "path": times_at(path_cost(scene, settings)),
     }
-    compared = Compared(name, own, times, [f"{own.bias:.0%}", None, None, None, None], [], "")
+    means: list[Cell] = [f"{own.bias:.0%}", None, None, None, None]
+    compared = Compared(name, own, times, means, [], small_calibration(scene, settings))
     with tempfile.TemporaryDirectory() as folder:
         exported = export_scene(scene, size, Path(folder))
         other = start_mitsuba(options, exported[0])
@@ -256,6 +268,24 @@ def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
     rays = {kind: count / worth for kind, count in some.record["rays_by_kind"].items()}
     held = calibration(some, last, valid, kinds)
     return Ours(points, bias, last, valid, rays, 1e6 * spent / worth, held)
+
+
+def small_calibration(scene: pm.Scene, settings: Settings) -> list[Cell]:
+    """Return `calibration.COLUMNS` of a small image against one without bias, if there can be one.
+
+    It has as many photons as one of the usual size, and so cells as large.
+    """
+    width, height = settings["size"]
+    size = max(width // SMALLER, 1), max(height // SMALLER, 1)
+    photons = usual_photons(width * height)
+    small: Settings = settings | {"size": size, "photons": photons}
+    with watched_prepass() as prepasses:
+        some = pm.render(scene, passes=SOME, seed=8, **small)
+    if "caustics" in some.buffers:
+        return []
+    truth = pm.render(scene, passes=UNBIASED, seed=9, unbiased=True, **small)
+    valid = valid_pixels(truth.coverage, truth.emission, truth.unresolved)
+    return calibration(some, truth, valid, pixel_kinds(prepasses[-1], size))
 
 
 def distance(values: NDArray[Any], longest: pm.Result, valid: NDArray[np.bool_]) -> float:
