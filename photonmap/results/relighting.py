@@ -18,6 +18,7 @@ from photonmap.runtime.wording import shown, suggest
 
 Gains = dict[str, NDArray[np.float64]]
 """(N,) by light group"""
+Array = NDArray[Any]
 Lit = TypeVar("Lit", bound=Labels)
 
 
@@ -139,8 +140,17 @@ def sum_images(images: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
 
 
 def _known_errors(result: Labels, factors: Gains) -> Arrays:
-    """Return the errors of whole buffers where one group is lit: groups share samples."""
+    """Return the errors of whole buffers where one group is lit, or where there are two.
+
+    Groups share samples. The covariance of two follows from the error of their sum.
+    """
     lit = [group for group, factor in factors.items() if factor.any()]
+    if len(lit) == len(factors) == 2:
+        return {
+            name: _error_of_two(*(result.errors[each] for each in (name, *own)), factors)
+            for name in OF_GROUPS
+            if {name, *(own := [group_name(name, group) for group in lit])} <= result.errors.keys()
+        }
     if len(lit) != 1:
         return {}
     return {
@@ -148,6 +158,17 @@ def _known_errors(result: Labels, factors: Gains) -> Arrays:
         for name in OF_GROUPS
         if (own := group_name(name, lit[0])) in result.errors
     }
+
+
+def _error_of_two(whole: Array, one: Array, other: Array, factors: Gains) -> Array:
+    """Return the error of a sum of two groups times gains, by those of the groups and their sum."""
+    whole, one, other = (error.astype(np.float64) for error in (whole, one, other))
+    first, second = factors.values()
+    with np.errstate(invalid="ignore"):  # errors that are infinite
+        covariance = np.clip(whole**2 - one**2 - other**2, -2.0 * one * other, 2.0 * one * other)
+        variance = (first * one) ** 2 + (second * other) ** 2 + first * second * covariance
+    known = np.isfinite(variance)
+    return np.where(known, np.sqrt(np.maximum(variance, 0.0)), np.inf).astype(np.float32)
 
 
 def _keeps_colors(factors: Gains) -> bool:
@@ -178,9 +199,6 @@ def _record(result: Labels, factors: Gains) -> dict[str, Any]:
             group: (factor * earlier.get(group, 1.0)).tolist() for group, factor in factors.items()
         },
     }
-
-
-Array = NDArray[Any]
 
 
 def shares_of(shadings: Mapping[str, Array]) -> dict[str, Array]:

@@ -256,9 +256,10 @@ class Result(Plots):
 
         Direct light, indirect light, caustics, shading, the residual and radiance are of the new
         light, and so is the white of the scene, if the record knows that of each group. `emission`
-        is not split, and stays. Errors of groups stay known, those of whole buffers where one group
-        alone is lit: groups share samples, so errors of other sums are left out. So are bias and
-        error in the record, which cannot be merged any more.
+        is not split, and stays. Errors of groups stay known, those of their sums where one group
+        alone is lit or there are two: groups share samples, so errors of other sums, and that of
+        radiance, are left out. So are bias and error in the record, which cannot be merged any
+        more.
 
         Parameters
         ----------

@@ -68,11 +68,34 @@ def test_a_relit_room_is_that_of_other_lamps(room):
         assert relit[name].mean() == pytest.approx(rendered[name].mean(), rel=0.1)
 
 
+def test_errors_of_two_groups_are_those_of_passes_in_their_light(room):
+    """The error of a mean of two passes is half of their difference."""
+    scene = pm.Scene(MIRRORED if room.residual.any() else WALLS, [LEFT, RIGHT], BOX.camera)
+    one = pm.render(scene, per_light=True, **{**SETTINGS, "passes": 1}).relit(GAINS)
+    two = room.relit(GAINS)
+    for name in ("direct", "indirect", "shading"):  # this is a ratio where reflectance varies
+        even = room.errors["reflectance"] == 0.0 if name == "shading" else np.s_[:]
+        expected = np.abs(two[name].astype(np.float64) - one[name])[even]
+        atol = 1e-4 * one[name].max()
+        np.testing.assert_allclose(two.errors[name][even], expected, rtol=1e-3, atol=atol)
+    twice = room.relit({"left": 2.0, "right": 2.0})
+    np.testing.assert_allclose(twice.errors["shading"], 2.0 * room.errors["shading"], rtol=1e-3)
+
+
+def test_sums_of_three_groups_have_no_errors():
+    lamp = pm.PointLight((0.0, 0.6, 0.4), 1.0, "middle")
+    few = {**SETTINGS, "size": 4, "photons": 100, "effects": "direct"}
+    room = pm.render(pm.Scene(WALLS, [LEFT, RIGHT, lamp], BOX.camera), per_light=True, **few)
+    relit = room.relit(GAINS)
+    assert "direct@left" in relit.errors
+    assert not {"direct", "shading", "radiance"} & relit.errors.keys()
+
+
 def test_errors_are_those_that_are_known(room):
     relit = room.relit(GAINS)
-    known = {"direct@left", "shading@right", "reflectance", "emission"}
+    known = {"direct", "indirect", "shading", "direct@left", "shading@right", "reflectance"}
     assert known <= relit.errors.keys()
-    assert not {"direct", "indirect", "shading", "radiance", "residual"} & relit.errors.keys()
+    assert not {"radiance", "residual"} & relit.errors.keys()
     assert not relit.block_errors
     np.testing.assert_array_equal(
         relit.errors["direct@left"], np.float32(0.25) * room.errors["direct@left"]
