@@ -146,10 +146,11 @@ def _known_errors(result: Labels, factors: Gains) -> Arrays:
     """
     lit = [group for group, factor in factors.items() if factor.any()]
     if len(lit) == len(factors) == 2:
+        names = {name: [name, *(group_name(name, group) for group in lit)] for name in OF_GROUPS}
         return {
-            name: _error_of_two(*(result.errors[each] for each in (name, *own)), factors)
-            for name in OF_GROUPS
-            if {name, *(own := [group_name(name, group) for group in lit])} <= result.errors.keys()
+            name: _error_of_two(*(result.errors[each] for each in needed), factors=factors)
+            for name, needed in names.items()
+            if {*needed} <= result.errors.keys()
         }
     if len(lit) != 1:
         return {}
@@ -160,7 +161,7 @@ def _known_errors(result: Labels, factors: Gains) -> Arrays:
     }
 
 
-def _error_of_two(whole: Array, one: Array, other: Array, factors: Gains) -> Array:
+def _error_of_two(whole: Array, one: Array, other: Array, *, factors: Gains) -> Array:
     """Return the error of a sum of two groups times gains, by those of the groups and their sum."""
     whole, one, other = (error.astype(np.float64) for error in (whole, one, other))
     first, second = factors.values()
