@@ -36,7 +36,7 @@ BENCHMARKS = {
     "profile": "low_level",
 }
 """Names of the benchmarks, in the order in which they run, and their folders."""
-ON_REQUEST = {"gloss": "accuracy", "matter": "accuracy", "rooms": "accuracy"}
+ON_REQUEST = {"gloss": "accuracy", "matter": "accuracy", "rooms": "accuracy", "views": "speed"}
 """Benchmarks that run only when they are named."""
 
 

@@ -13,7 +13,7 @@ BOX = pm.scenes.cornell_box()
 FRONT = BOX.camera
 LEFT = pm.Camera((-0.8, 0.3, 2.0), (0.1, -0.2, 0.0), name="left")
 NEAR = pm.Camera((-0.9995, -0.9995, -0.9995), (0.0, 0.0, 0.5), fov=60.0)
-FEW = {"bands": 1, "size": (12, 9), "passes": 2, "photons": 2048, "threads": 1}
+FEW = {"bands": 1, "size": (8, 6), "passes": 2, "photons": 512, "threads": 1}
 
 
 def assert_same(one, other):
