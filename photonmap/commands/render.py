@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -60,9 +61,10 @@ def run(options: argparse.Namespace) -> int | None:
         check_apart(checkpoint, file)
     from photonmap.integrators.shared_work import SharedWork
 
-    with SharedWork(options.threads, options.memory) as work:
+    work = SharedWork(options.threads, options.memory) if len(outputs) > 1 else None
+    with work or nullcontext():
         for view, file in outputs:
-            if code := _render(options, view, file, work if len(outputs) > 1 else None):
+            if code := _render(options, view, file, work):
                 return code
     return None
 

@@ -118,7 +118,7 @@ class SharedWork(SharedScene):
 
     def __init__(self, threads: int | None = None, memory: float | None = None) -> None:
         super().__init__()
-        self.workers = Workers(threads)
+        self._threads = threads
         self.room = Room(min(MOST_BYTES, np.inf if memory is None else PART * memory))
         self._made: dict[Hashable, Any] = {}
 
@@ -127,8 +127,14 @@ class SharedWork(SharedScene):
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """End the threads."""
-        self.workers.__exit__(*exception)
+        """End the threads, if there are any yet."""
+        if "workers" in vars(self):
+            self.workers.__exit__(*exception)
+
+    @cached_property
+    def workers(self) -> Workers:
+        """The threads that render."""
+        return Workers(self._threads)
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return what was made for an equal key, or make it."""

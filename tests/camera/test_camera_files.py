@@ -227,6 +227,8 @@ def test_the_command_chooses_a_camera_or_renders_by_all(tmp_path, capsys):
     assert main([*command, "--camera", "eye_right"]) == 0
     one, other = (pm.load_result(tmp_path / f"out{end}.exr") for end in ("", "-eye_right"))
     np.testing.assert_array_equal(one.radiance, other.radiance)
+    assert main([*command, "--camera", "all", "--threads", "-1"]) != 0
+    assert "threads -1 must be a whole number" in capsys.readouterr().err
     assert main([*command, "--camera", "frond"]) != 0
     error = capsys.readouterr().err
     assert "there is no camera 'frond'; the scene has 'front', 'eye_left', 'eye_right'" in error
