@@ -21,8 +21,10 @@ from photonmap.spectra.bands import Bands
 
 T = TypeVar("T")
 
+KINDS = 2
+"""Kinds of views, with different photons, whose work is kept: the last ones."""
 MOST_BYTES = 512e6
-"""Of photon maps that are kept for further views."""
+"""Of photon maps that are kept for further views of a kind."""
 PART = 1 / 4
 """Of the free memory, and of the memory that a render may use, that they fill at most."""
 
@@ -119,7 +121,7 @@ class SharedWork(SharedScene):
     def __init__(self, threads: int | None = None, memory: float | None = None) -> None:
         super().__init__()
         self._threads = threads
-        self.room = Room(min(MOST_BYTES, np.inf if memory is None else PART * memory))
+        self._most = min(MOST_BYTES, np.inf if memory is None else PART * memory / KINDS)
         self._made: dict[Hashable, Any] = {}
 
     def __enter__(self) -> Self:
@@ -137,8 +139,13 @@ class SharedWork(SharedScene):
         return Workers(self._threads)
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what was made for an equal key, or make it."""
-        if key not in self._made:
-            self._made[key] = make()
-        made: T = self._made[key]
+        """Return what was made for an equal key, if that is among the last `KINDS`, or make it."""
+        made: T = self._made.pop(key) if key in self._made else make()
+        self._made[key] = made
+        if len(self._made) > KINDS:
+            del self._made[next(iter(self._made))]
         return made
+
+    def make_room(self) -> Room:
+        """Return the room for the photon maps of one kind of views."""
+        return Room(self._most)

@@ -55,6 +55,13 @@ def test_room_is_taken_once_by_arrays_that_records_share():
     assert not room.take((cells, np.zeros(1, np.uint8)))
 
 
+def test_work_of_the_last_kinds_of_views_is_kept():
+    work, made = shared_work.SharedWork(), []
+    for key in "ababcaca":
+        work.once(key, lambda key=key: made.append(key))
+    assert made == [*"abca"]
+
+
 def test_lights_that_are_hidden_from_one_view_do_not_dim_another():
     """They emit few photons where they seem to send nothing into the view."""
     outside = pm.PointLight((0.0, 0.0, 5.0), 1.0, name="outside")

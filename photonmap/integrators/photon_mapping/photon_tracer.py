@@ -35,7 +35,7 @@ def tracer_of(setup: PassSetup) -> PhotonTracer:
     if shared is None:
         return PhotonTracer(setup)
     key = setup.light, can_connect(setup.view)
-    return shared.once(key, lambda: PhotonTracer(replace(setup, shared=None), shared.room))
+    return shared.once(key, lambda: PhotonTracer(replace(setup, shared=None), shared.make_room()))
 
 
 class PhotonTracer:
