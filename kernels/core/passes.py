@@ -150,7 +150,6 @@ class Prepass(NamedTuple):
 
     flat: uint8[::1]  # (P,), 1 where all samples hit one smooth piece of surface of one material
     even: uint8[::1]  # (P,), 1 where it is flat, hardly curved, and without textures
-    nearness: float32[::1]  # (P,), mean of 1 / distance to the surfaces around
     penumbra: uint8[::1]  # (P,), 1 where some light samples are blocked and some are not
     specular: uint8[::1]  # (P,), 1 where a sample hit a mirror or glass
 

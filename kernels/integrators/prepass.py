@@ -1,7 +1,6 @@
-"""The sampling pre-pass: where an image is smooth, and where it is not."""
+"""The sampling pre-pass: where an image is smooth, where it is not, and how near surfaces are."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,27 +16,117 @@ from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.lights.direct import prepare_direct, sample_direct
 
 CORNERS = 4  # Camera rays of a pixel, through its corners: a straight edge always parts them
-AROUND = 8  # Rays of a corner that look for what is near
+LIGHTS = 2  # Light samples of a corner
+MOST_AROUND = 32  # Rays of a corner that look for what is near, in all
 NEAREST = 1e-12  # Distance at least, in sizes of the scene
 EVEN_COSINE = 0.999  # Cosine between normals above which a surface hardly curves within a pixel
 
-
-class Corners(NamedTuple):
-    """What the corners of a pixel have shown so far."""
-
-    hits: int
-    lit: int  # light samples that arrived
-    occluded: int
-    nearness: float  # sum of 1 / distance to the surfaces around
-    one_material: bool
-    even: bool
-    specular: bool
-    material: int  # of the first hit
-    normal: tuple  # its shading normal
+MATERIAL, LIT, OCCLUDED, SPECULAR, POINT, NORMAL = 0, 1, 2, 3, 4, 7
+"""Columns of what is seen through a corner: material, -1 for none; light samples that arrived, and
+that were occluded; whether it is specular; point; normal"""
+COLUMNS = 10
 
 
 @jit
-def _nearness_along(geometry, surface, direction):
+def _corner_hit(scene, view, x, y, key):
+    """Return what the camera ray through corner x of line y hits, and the ray's direction.
+
+    Neighbours share corners. Where all samples pass through a pixel's centre, its four corners are
+    its own, and lie there.
+    """
+    at_x, at_y = float(x), float(y)
+    if not view.film.jitter:
+        at_x, at_y = (x >> 1) + 0.5, (y >> 1) + 0.5
+    ray = generate_lens_ray(view.camera, at_x, at_y, morton(x, y), key)
+    return first_hit(scene.geometry, ray), ray.direction
+
+
+@jit
+def _look_at(scene, view, x, y, key, cdf, corner):
+    """Fill the columns of corner x of line y."""
+    hit, direction = _corner_hit(scene, view, x, y, key)
+    corner[MATERIAL] = -1.0
+    if hit.triangle < 0:
+        return
+    surface = surface_interaction(scene.geometry, hit, direction)
+    corner[MATERIAL] = scene.geometry.material[hit.triangle]
+    corner[SPECULAR] = specular_probability(scene, hit.triangle) > 0.0
+    for axis in range(3):
+        corner[POINT + axis] = surface.point[axis]
+        corner[NORMAL + axis] = surface.ns[axis]
+    corner[LIT] = corner[OCCLUDED] = 0.0
+    prepare_direct(scene, surface, cdf)
+    for number in range(LIGHTS):
+        index = morton(x, y) * np.uint64(LIGHTS) + np.uint64(number)
+        u, v = sobol_2d(index, split(key, LIGHT))
+        sample = sample_direct(scene, surface, cdf, u, v, 1)
+        corner[LIT] += sample.weight > 0.0
+        corner[OCCLUDED] += sample.emitter >= 0 and sample.weight == 0.0
+
+
+@jit
+def _vector(corner, column):
+    return corner[column], corner[column + 1], corner[column + 2]
+
+
+@jit
+def _join(textured, corners, x, y, spreads, pixel, plane, prepass):
+    """Say of a pixel what its corners, x and x + 1 of lines y and y + 1, have shown."""
+    hits, even, one_material, first = 0, True, True, corners[y & 1, x]
+    lit = occluded = specular = 0.0
+    for number in range(CORNERS):
+        corner = corners[(y + (number >> 1)) & 1, x + (number & 1)]
+        if corner[MATERIAL] < 0.0:
+            continue
+        if hits == 0:
+            first = corner
+        normal = _vector(corner, NORMAL)
+        update_plane(plane, pixel, hits == 0 or not spreads, _vector(corner, POINT), normal)
+        hits += 1
+        one_material = one_material and corner[MATERIAL] == first[MATERIAL]
+        even = even and textured[np.int64(corner[MATERIAL])] == 0
+        even = even and vec.dot(normal, _vector(first, NORMAL)) > EVEN_COSINE
+        lit += corner[LIT]
+        occluded += corner[OCCLUDED]
+        specular += corner[SPECULAR]
+    flat = one_material and hits == CORNERS and plane[pixel, FLAT] != 0.0
+    prepass.flat[pixel] = flat
+    prepass.even[pixel] = even and flat
+    prepass.penumbra[pixel] = lit > 0.0 and occluded > 0.0
+    prepass.specular[pixel] = specular > 0.0
+
+
+@jit
+def _first_line(film, span, row):
+    """Return the first of the two lines of corners of a row of pixels that is not known yet."""
+    return row + (row > span.first) if film.jitter else 2 * row
+
+
+@jit
+def _last_line(film, row):
+    return row + 1 if film.jitter else 2 * row + 1
+
+
+@kernel
+def run_prepass(scene, textured, view, key, span, scratch, plane, prepass):
+    """Fill `prepass` and `plane`, (P, 7), of a span of lines; `textured` is (M,).
+
+    `scratch` is a cdf, and (2, 2 W + 1, COLUMNS) float64 for two lines of corners.
+    """
+    film, (cdf, corners) = view.film, scratch
+    spreads = film.jitter or has_open_lens(view.camera.optics)
+    step = 1 if film.jitter else 2
+    for row in range(span.first, span.last):
+        for y in range(_first_line(film, span, row), _last_line(film, row) + 1):
+            for x in range(step * (film.width - 1) + 2):
+                _look_at(scene, view, x, y, key, cdf, corners[y & 1, x])
+        for column in range(film.width):
+            pixel = row * film.width + column
+            _join(textured, corners, step * column, step * row, spreads, pixel, plane, prepass)
+
+
+@jit
+def _nearness(geometry, surface, direction):
     """Return 1 / distance to what a ray meets, 0 where it meets nothing."""
     hit = intersect(geometry, surface.point, direction)
     if hit.triangle < 0:
@@ -47,73 +136,36 @@ def _nearness_along(geometry, surface, direction):
 
 
 @jit
-def _nearness(geometry, surface, index, key):
-    """Return the mean of 1 / distance to what cosine-distributed rays meet."""
-    total = 0.0
-    for number in range(AROUND):
-        u, v = sobol_2d(index * np.uint64(AROUND) + np.uint64(number), key)
+def _look_around(scene, view, x, y, key, rays):
+    """Return the sum of 1 / distance to what cosine-distributed rays from a corner meet; or -1."""
+    hit, direction = _corner_hit(scene, view, x, y, key)
+    if hit.triangle < 0:
+        return -1.0
+    surface, total = surface_interaction(scene.geometry, hit, direction), 0.0
+    for number in range(rays.first, rays.last):
+        index = morton(x, y) * np.uint64(MOST_AROUND) + np.uint64(number)
+        u, v = sobol_2d(index, split(key, GATHER))
         direction = vec.from_frame(warp.cosine_hemisphere(u, v), surface.ns)
-        total += _nearness_along(geometry, surface, direction)
-    return total / AROUND
-
-
-@jit
-def _take(scene, textured, seen, surface, index, keys, cdf):
-    """Return what is known of a pixel after another corner; `seen` is what was known before."""
-    geometry, triangle = scene.geometry, surface.hit.triangle
-    material = np.int64(geometry.material[triangle])
-    first = seen.hits == 0
-    of_first, normal = (material, surface.ns) if first else (seen.material, seen.normal)
-    even = textured[material] == 0 and vec.dot(surface.ns, normal) > EVEN_COSINE
-    u, v = sobol_2d(index, keys[0])
-    prepare_direct(scene, surface, cdf)
-    sample = sample_direct(scene, surface, cdf, u, v, 1)
-    specular = specular_probability(scene, triangle) > 0.0
-    return Corners(
-        seen.hits + 1,
-        seen.lit + (sample.weight > 0.0),
-        seen.occluded + (sample.emitter >= 0 and sample.weight == 0.0),
-        seen.nearness + _nearness(geometry, surface, index, keys[1]),
-        seen.one_material and material == of_first,
-        seen.even and even,
-        seen.specular or specular,
-        of_first,
-        normal,
-    )
-
-
-@jit
-def _corner(film, pixel, corner):
-    """Return the film point of a pixel's corner; its centre where all samples pass through it."""
-    column, row = pixel % film.width, pixel // film.width
-    if film.jitter:
-        return column + float(corner & 1), row + float(corner >> 1)
-    return column + 0.5, row + 0.5
+        total += _nearness(scene.geometry, surface, direction)
+    return total
 
 
 @kernel
-def run_prepass(scene, textured, view, key, span, cdf, plane, prepass):
-    """Fill `prepass`, `plane`, (P, 7), of a span; `textured`, (M,); `cdf` is scratch."""
-    keys, film = (split(key, LIGHT), split(key, GATHER)), view.film
-    spreads = film.jitter or has_open_lens(view.camera.optics)
-    for pixel in range(span.first, span.last):
-        base = morton(pixel % film.width, pixel // film.width) * CORNERS
-        up = (0.0, 0.0, 0.0)
-        seen = Corners(0, 0, 0, 0.0, True, True, False, np.int64(-1), up)
-        for corner in range(CORNERS):
-            x, y = _corner(film, pixel, corner)
-            index = np.uint64(base + corner)
-            ray = generate_lens_ray(view.camera, x, y, index, key)
-            hit = first_hit(scene.geometry, ray)
-            if hit.triangle < 0:
-                continue
-            surface = surface_interaction(scene.geometry, hit, ray.direction)
-            first = seen.hits == 0 or not spreads
-            update_plane(plane, pixel, first, surface.point, surface.ns)
-            seen = _take(scene, textured, seen, surface, index, keys, cdf)
-        flat = seen.one_material and seen.hits == CORNERS and plane[pixel, FLAT] != 0.0
-        prepass.flat[pixel] = flat
-        prepass.even[pixel] = seen.even and flat
-        prepass.nearness[pixel] = seen.nearness / max(seen.hits, 1)
-        prepass.penumbra[pixel] = seen.lit > 0 and seen.occluded > 0
-        prepass.specular[pixel] = seen.specular
+def look_around(scene, view, key, rays, span, sums, nearness):
+    """Add to nearness, (P,), of a span of lines the sums over a span of `MOST_AROUND` rays.
+
+    They are means over corners of 1 / distance to the surfaces around. `sums` is (2, 2 W + 1)
+    scratch for two lines of corners.
+    """
+    film, step = view.film, 1 if view.film.jitter else 2
+    for row in range(span.first, span.last):
+        for y in range(_first_line(film, span, row), _last_line(film, row) + 1):
+            for x in range(step * (film.width - 1) + 2):
+                sums[y & 1, x] = _look_around(scene, view, x, y, key, rays)
+        for column in range(film.width):
+            total, hits = 0.0, 0
+            for number in range(CORNERS):
+                line, x = step * row + (number >> 1), step * column + (number & 1)
+                total += max(sums[line & 1, x], 0.0)
+                hits += sums[line & 1, x] >= 0.0
+            nearness[row * film.width + column] += total / max(hits, 1)

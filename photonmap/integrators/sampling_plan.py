@@ -13,7 +13,7 @@ from photonmap.kernels.core.records import Lights, SceneArrays
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints
 from photonmap.kernels.film.linked_pixels import link_pixels
-from photonmap.kernels.integrators.prepass import run_prepass
+from photonmap.kernels.integrators.prepass import COLUMNS, MOST_AROUND, look_around, run_prepass
 from photonmap.kernels.lights.selection import SCRATCH
 
 SAMPLES = 4
@@ -46,30 +46,77 @@ FOOTPRINT_PIXELS = 6.0
 """Radius of the first pass's sharing footprints, pixels."""
 FOOTPRINT_TURN = 0.08
 """Angle between the normals of pixels that share in the first passes, at most, radians."""
+AROUND = 4
+"""Rays of a pixel's corner that look for what is near, before the first pass."""
 FOOTPRINT_REACH = 0.2
 """Their radius in space, as a fraction of the mean distance to the surfaces around (Ward 1988)."""
-LINES = 64
-"""Lines of the image that are planned at a time."""
+LINES, PREPASS_LINES = 64, 16
+"""Lines of the image that are planned, and looked at, at a time."""
 
 
-def plan_sampling(setup: PassSetup) -> SamplingPlan:
+class SharingRadii:
+    """How far pixels share: the less, the nearer surfaces around are; as more and more rays say.
+
+    The rays of a first pass are few, as they cost as much as half of it. What is wrong by their
+    noise is so in each pass alike, and is not seen in their spread: as this falls, there are more.
+    """
+
+    def __init__(self, setup: PassSetup) -> None:
+        self._setup, self._rays = setup, 0
+        self._nearness, self._radii = (setup.storage.zeros(setup.pixels) for _ in range(2))
+
+    def of_pass(self, index: int) -> NDArray[np.float32]:
+        """Return the radii in pass `index`, (P,), in space; the next call overwrites them."""
+        return self.by(min(AROUND << max(index.bit_length() - 1, 0), MOST_AROUND))
+
+    def by(self, rays: int) -> NDArray[np.float32]:
+        """Return them by so many rays of each corner, `AROUND` or twice, 4 times, … as many."""
+        if rays < self._rays:
+            self._nearness[:], self._rays = 0.0, 0
+        while self._rays < rays:
+            self._look_around(max(2 * self._rays, AROUND))
+        return self._radii
+
+    def _look_around(self, rays: int) -> None:
+        setup, view, span = self._setup, self._setup.view, Span(self._rays, rays)
+        scene, key, nearness = setup.compiled.arrays, setup.key(0, Domain.PREPASS), self._nearness
+
+        def look(lines: Span) -> None:
+            sums = np.empty((2, 2 * view.film.width + 1))
+            look_around(scene, view, key, span, lines, sums, nearness)
+
+        _over_lines(setup, look, PREPASS_LINES)
+        self._rays = rays
+        _over_lines(setup, self._fill)
+
+    def _fill(self, span: Span) -> None:
+        """Fill the radii of the pixels of a span of lines."""
+        film = self._setup.film
+        nearness = _neighbours(self._nearness, film, span).mean(axis=0) / np.float32(self._rays)
+        lines = slice(span.first * film.width, span.last * film.width)
+        self._radii[lines] = FOOTPRINT_REACH / np.maximum(nearness, 1e-12).astype(np.float32)
+
+
+def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> SamplingPlan:
     """Run the pre-pass over every pixel, and plan its sampling.
 
     The pre-pass looks at geometry and visibility alone, with random numbers of its own, so the
     passes that follow are neither biased nor correlated by what is decided here.
     """
+    radii = radii or SharingRadii(setup)
     scene, view, storage, pixels = setup.compiled.arrays, setup.view, setup.storage, setup.pixels
     textured, key = _textured_materials(scene), setup.key(0, Domain.PREPASS)
-    kinds = np.uint8, np.uint8, np.float32, np.uint8, np.uint8
-    prepass = Prepass(*(storage.zeros(pixels, kind) for kind in kinds))
+    prepass = Prepass(*(storage.zeros(pixels, np.uint8) for _ in Prepass._fields))
     plane = storage.zeros((pixels, 7))
 
     def run(span: Span) -> None:
-        run_prepass(scene, textured, view, key, span, np.empty(SCRATCH), plane, prepass)
+        scratch = np.empty(SCRATCH), np.empty((2, 2 * view.film.width + 1, COLUMNS))
+        run_prepass(scene, textured, view, key, span, scratch, plane, prepass)
 
-    setup.over_pixels(run)
-    plan = SamplingPlan(*(storage.zeros(pixels, np.uint8) for _ in range(3)), storage.zeros(pixels))
-    _over_lines(setup, lambda span: _plan_sharing(view.film, prepass, span, plan))
+    _over_lines(setup, run, PREPASS_LINES)
+    counts = (storage.zeros(pixels, np.uint8) for _ in range(3))
+    rays = MOST_AROUND if setup.has_differences else AROUND
+    plan = SamplingPlan(*counts, radii.by(rays))
     partners, nothing = storage.zeros(pixels, np.int32), np.zeros((pixels, 0), np.float32)
     footprint = Footprint(plane, plan.sharing_radius, 1.0, FOOTPRINT_PIXELS, FOOTPRINT_TURN)
     setup.over_pixels(lambda span: count_footprints(view.film, footprint, span, nothing, partners))
@@ -108,16 +155,9 @@ def _link(
     return links
 
 
-def _over_lines(setup: PassSetup, task: Callable[[Span], None]) -> None:
-    """Run a task over spans of lines of the image."""
-    setup.workers.ranges(lambda first, last: task(Span(first, last)), setup.film.height, LINES)
-
-
-def _plan_sharing(film: Film, prepass: Prepass, span: Span, plan: SamplingPlan) -> None:
-    """Decide how far the pixels of a span of lines share."""
-    nearness = _neighbours(prepass.nearness, film, span).mean(axis=0)
-    lines = slice(span.first * film.width, span.last * film.width)
-    plan.sharing_radius[lines] = FOOTPRINT_REACH / np.maximum(nearness, 1e-12).astype(np.float32)
+def _over_lines(setup: PassSetup, task: Callable[[Span], None], lines: int = LINES) -> None:
+    """Run a task over spans of so many lines of the image."""
+    setup.workers.ranges(lambda first, last: task(Span(first, last)), setup.film.height, lines)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,12 @@ from helpers.scenes import quad
 
 import photonmap as pm
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.integrators.sampling_plan import EDGE_SAMPLES, GATHERS, plan_sampling
+from photonmap.integrators.sampling_plan import (
+    EDGE_SAMPLES,
+    GATHERS,
+    SharingRadii,
+    plan_sampling,
+)
 from photonmap.kernels.core.passes import Film
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
@@ -67,11 +72,24 @@ def test_even_surfaces_need_one_camera_sample():
     assert (samples[8:20, 8:20] == 1).all()
 
 
+def test_how_far_light_is_shared_depends_on_the_number_of_the_pass_alone(cornell):
+    """Not on the passes before it: a render may be resumed, or begin again."""
+    compiled = compile_scene(cornell, Bands.rgb())
+    with Workers(2) as workers:
+        setup = setup_of(compiled, workers, Film(16, 16, True))
+        radii = SharingRadii(setup)
+        fresh = {index: SharingRadii(setup).of_pass(index) for index in (0, 2, 9)}
+        for index in (0, 2, 9, 2, 0):
+            np.testing.assert_array_equal(radii.of_pass(index), fresh[index])
+    assert (fresh[0] != fresh[2]).any()
+
+
 def test_how_far_light_is_shared_hardly_depends_on_the_seed():
     """It stays the same in all passes of a render, so their spread does not show what is wrong.
 
     The mean of χ² per degree of freedom over the 190 pixels with indirect light near a ball on a
-    floor, where distances to what is near vary most, was 5 when 4 rays of a pixel looked for it.
+    floor, where distances to what is near vary most, was 5 when one ray of a corner looked for it
+    in all passes.
     """
     sphere = trimesh.creation.icosphere(3, 1.0)
     ball = pm.Mesh(sphere.vertices + [0.0, 1.0, 0.0], sphere.faces, pm.Material("ball", 0.5))

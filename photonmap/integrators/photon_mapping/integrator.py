@@ -30,6 +30,7 @@ from photonmap.integrators.photon_mapping.photon_tracer import tracer_of
 from photonmap.integrators.sampling_plan import (
     FOOTPRINT_PIXELS,
     FOOTPRINT_TURN,
+    SharingRadii,
     plan_sampling,
 )
 from photonmap.kernels.core.passes import (
@@ -128,7 +129,8 @@ class PhotonIntegrator:
     def share(self, index: int, estimate: Estimate, wider: int = 0) -> Estimate:
         """Share indirect irradiance between neighbouring pixels of one surface."""
         scale, pixels = footprint_width(index) * 2.0**wider, estimate.pixels
-        radius = self.plan.sharing_radius
+        with self._setting_up():
+            radius = self._radii.of_pass(index)
         footprint = Footprint(
             pixels.plane, radius, scale, FOOTPRINT_PIXELS * scale, FOOTPRINT_TURN * scale
         )
@@ -168,8 +170,12 @@ class PhotonIntegrator:
         return self._usual_plan
 
     @cached_property
+    def _radii(self) -> SharingRadii:
+        return SharingRadii(self._setup)
+
+    @cached_property
     def _usual_plan(self) -> SamplingPlan:
-        plan = plan_sampling(self._setup)
+        plan = plan_sampling(self._setup, self._radii)
         if not self._setup.simulates("indirect"):
             plan = plan._replace(gathers=np.zeros_like(plan.gathers))
         if not self._setup.simulates("soft_shadows"):
