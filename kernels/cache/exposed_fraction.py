@@ -21,6 +21,7 @@ from photonmap.kernels.geometry.opacity import intersect, opacity_at
 
 POINTS = 8  # Points of a cell from which rays look around
 LOOKS = 8  # Rays of a point, at most
+HIDDEN = 4  # Points of a cell after which none are tested if none is exposed
 TESTED, EXPOSED, NEAR, EMITTER = 0, 1, 2, 3
 """What is counted: points that were tested, those of them that are exposed, and those whose first
 ray meets something within the cell's width, or an emitter"""
@@ -77,7 +78,8 @@ def _look_around(scene, lit_sides, piece, u, v, width, state, counts):
 
 @jit
 def _count(scene, lit_sides, cells, piece, points, key, counts):
-    """Count some points of a piece."""
+    """Count some points of a piece, in `counts` of its own if it is a cell, or a part of one."""
+    is_cell = cells.divisions[piece.triangle] > 1
     key = stream(key, piece.part, piece.sub)
     point_key, ray_key = split(key, EXPOSURE_POINT), split(key, EXPOSURE_RAY)
     width = 1.0 / (math.sqrt(cells.inverse_area[piece.triangle, piece.side]) * piece.finer)
@@ -88,6 +90,8 @@ def _count(scene, lit_sides, cells, piece, points, key, counts):
         u, v = place_in(piece.n, piece.part, u, v)
         state = stream(ray_key, index, 0)
         _look_around(scene, lit_sides, piece, u, v, width, state, counts)
+        if is_cell and counts[TESTED] == HIDDEN and counts[EXPOSED] == 0:
+            return
 
 
 @jit
