@@ -139,9 +139,7 @@ def tables(found: list[Compared], options: Options) -> list[Table]:
         f"rooms: 95% intervals that {SOME} passes state, against the longest",
         ["scene", *COLUMNS],
         [[each.name, *each.own.calibration] for each in found],
-        [
-            "pixels of a render share light, so that shares of one pair of renders scatter by 1 or 2%"
-        ],
+        ["pixels share light, so that shares of one pair of renders scatter by 1 or 2%"],
     )
     small = Table(
         f"rooms: the same at a quarter of the size, against {UNBIASED} passes without bias",
