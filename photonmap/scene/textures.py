@@ -187,6 +187,8 @@ def is_black(color: Paint) -> bool:
     """Return whether a colour or a texture is 0 everywhere."""
     if isinstance(color, Texture):
         return color.largest == 0.0
+    if isinstance(color, float | tuple):  # asked of all materials many times
+        return not (any(color) if isinstance(color, tuple) else color)
     return not np.any(color.values if isinstance(color, Spectrum) else color)
 
 
