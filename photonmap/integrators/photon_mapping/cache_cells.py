@@ -117,7 +117,8 @@ def _group_neighbours(
     keys = np.zeros(len(small), np.int64)
     for part in strips(len(small)):
         some, key = small[part], keys[part]
-        centres = geometry.vertices[geometry.triangles[some]].mean(axis=1, dtype=np.float64)
+        first, second, third = (geometry.vertices[corner] for corner in geometry.triangles[some].T)
+        centres = (first.astype(np.float64) + second + third) / 3.0  # np.mean takes 3 times as long
         boxes = np.clip(np.floor(centres / size), -(1 << 16), (1 << 16) - 1) + (1 << 16)
         turns = np.floor((geometry.normals[some] + 1.0) * (DIRECTIONS / 2.001))
         for column, span in ((boxes, 1 << 17), (turns, DIRECTIONS)):
