@@ -160,7 +160,7 @@ class Options:
     )  # fmt: skip
     adaptive: bool = option(
         True,
-        "adaptive sampling: after 8 passes, more samples where the image is noisy and fewer "
+        "adaptive sampling: after 4 passes, more samples where the image is noisy and fewer "
         "elsewhere",
         group="sampling", decides=True,
     )  # fmt: skip

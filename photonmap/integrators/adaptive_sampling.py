@@ -1,9 +1,10 @@
 """How many samples later passes take, and where: decided by the first ones, without bias.
 
-**Where.** Passes form two halves, those of even and those of odd number; after the warm-up, every
-other replicate. The variance that the first passes of one half show decides on the sampling of all
-later ones of the other: no pass is planned by its own numbers, so each replicate is an unbiased
-estimate, uncorrelated with the rest, and their plain mean and spread stay honest.
+**Where.** Passes form two halves, those of even and those of odd number; after the first ones,
+every other replicate. The variance of direct and of indirect light that passes of one half show
+decides on the light samples and gather rays of later ones of the other: no pass is planned by its
+own numbers, so each replicate is an unbiased estimate, uncorrelated with the rest, and their plain
+mean and spread stay honest.
 
 **How many.** A render needs `LEAST_PASSES` before it can trust its own error. Where that many full
 passes would be more work than the goal needs, passes take half of the samples. The first ones,
@@ -13,15 +14,13 @@ which are such halves, tell; if they turn out too small, they are discarded.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from photonmap.compile.spectral_columns import SpectralColumns
-from photonmap.film.blocks import block_sums
 from photonmap.film.budget import LEAST_PASSES, Goal
-from photonmap.film.pooling import take_in
 from photonmap.film.relative_error import relative_squares
 from photonmap.kernels.core.passes import (
     FLUORESCENT_DIRECT,
@@ -34,16 +33,21 @@ from photonmap.kernels.core.passes import (
 )
 from photonmap.runtime.storage import RAM, Storage, strips
 
-WARM_UP_PASSES = 8
-"""Passes after which sampling adapts."""
-TILE = 8
-"""Side of a tile, whose pixels are sampled alike, pixels."""
+WINDOWS = {4: 5, 8: 3}
+"""After how many passes sampling is decided on, and over squares of how many pixels a side the
+variances that they show are averaged for it"""
 LEAST, MOST = -1, 2
-"""Log2 of the factor on the samples of a tile, at least and at most."""
+"""Log2 of the factor on the samples of a pixel, at least and at most."""
 MOST_SAMPLES = 128
 """Samples of one kind in a pixel, at most."""
-WORTH = 1.2
+GATHER_COST = 1.5
+"""Time of a gather ray, with the paths that go on from it, over that of a light sample."""
+POWER = 1.5
+"""Power with which variance falls as samples rise: by more than 1, as they are stratified."""
+WORTH = 1.05
 """Factor by which the variance must fall for sampling to adapt."""
+STEPS = 16
+"""Steps of an octave by which `_share_out` weighs needs"""
 
 
 class AdaptiveSampling:
@@ -52,86 +56,110 @@ class AdaptiveSampling:
     def __init__(self, film: Film, columns: SpectralColumns, storage: Storage = RAM) -> None:
         pixels = film.width * film.height
         self._film, self._columns = film, columns
-        self.moments = storage.zeros((2, 2, pixels))
-        """Of either half: means of radiance over bands, and sums of squared deviations"""
-        self.sample_scales = storage.zeros((2, pixels), np.int8)
-        """Log2 of the factors on samples in later passes of either half"""
+        self.moments = storage.zeros((2, 5, pixels))
+        """Of either half, of means over bands: sums of radiance; direct and indirect light of the
+        first pass of a pair; sums of squared differences of pairs, times the factor on samples"""
+        self.sample_scales = storage.zeros((2, 2, pixels), np.int8)
+        """Of later passes of either half: log2 of the factors on light samples and gather rays"""
 
     def learn(self, index: int, estimate: Estimate, plan: SamplingPlan) -> None:
-        """Take in pass `index`; after the last of the first ones, decide."""
-        if index >= WARM_UP_PASSES:
+        """Take in pass `index`; after some of the first ones, decide anew."""
+        if index >= max(WINDOWS):
             return
+        half, is_second = index % 2, index // 2 % 2
+        radiance, last, squares = np.split(self.moments[half], (1, 3))
         for part in strips(len(estimate.pixels.direct)):
-            mean, spread = self.moments[index % 2][:, part]
-            take_in(self._radiance(estimate, part), index // 2 + 1, mean, spread)
-        if index == WARM_UP_PASSES - 1:
+            light = self._light(estimate, part)
+            radiance[:, part] += light.sum(axis=0)
+            if is_second:
+                factor = np.float32(2.0) ** self.sample_scales[half, :, part]
+                squares[:, part] += factor * (light - last[:, part]) ** 2
+            else:
+                last[:, part] = light
+        if (passes := index + 1) in WINDOWS:
+            cost = _costs(plan, estimate.pixels.coverage)
             for half in range(2):
-                self.sample_scales[half] = self._decide(self.moments[1 - half], plan)
+                variance = self._variance(self.moments[1 - half], WINDOWS[passes])
+                self.sample_scales[half] = _decide(variance, cost)
 
-    def _radiance(self, estimate: Estimate, part: slice) -> NDArray[np.float32]:
-        """Return the means over bands of what more samples improve: no emission and no caustics."""
+    def _light(self, estimate: Estimate, part: slice) -> NDArray[np.float32]:
+        """Return the means over bands of direct and indirect light, without emission, caustics."""
         pixels, via = estimate.pixels, estimate.via_specular
-        light = pixels.direct[part] + pixels.indirect[part]
+        light = np.stack([pixels.direct[part], pixels.indirect[part]])
         if via is not None:
-            light += via[VIA_DIRECT, part] + via[VIA_INDIRECT, part]
+            light += via[[VIA_DIRECT, VIA_INDIRECT], part]
             if len(via) > FLUORESCENT_INDIRECT:
-                light += via[FLUORESCENT_DIRECT, part] + via[FLUORESCENT_INDIRECT, part]
+                light += via[[FLUORESCENT_DIRECT, FLUORESCENT_INDIRECT], part]
         weights = self._columns.weights / self._columns.weights.sum()
-        return np.einsum("pb,b->p", self._columns.whole(light), weights.astype(np.float32))
+        return np.einsum("kpb,b->kp", self._columns.whole(light), weights.astype(np.float32))
 
-    def _decide(self, moments: NDArray[np.float32], plan: SamplingPlan) -> NDArray[np.int8]:
-        """Return log2 scales for all pixels: samples in proportion to sqrt(variance / cost)."""
-        mean, spread = moments
-        overall = mean.mean()
-
-        def relative(part: slice) -> NDArray[np.float32]:
-            return relative_squares(spread[part], mean[part], overall)
-
-        variance, cost = self._tiles(relative), self._tiles(lambda part: rays_of(plan, part))
-        need = np.log2(np.maximum(variance, 1e-30) / np.maximum(cost, 1e-30)) / 2.0
-        sample_scales = _share_out(need, cost)
-        if variance.sum() < WORTH * (variance * 2.0**-sample_scales).sum():
-            return np.zeros(len(mean), np.int8)
-        rows, columns = np.arange(self._film.height) // TILE, np.arange(self._film.width) // TILE
-        return sample_scales.astype(np.int8)[rows[:, None], columns].ravel()
-
-    def _tiles(self, values: Callable[[slice], NDArray]) -> NDArray[np.float64]:
-        """Return the sums over tiles, (rows, columns), of values given pixels by pixels."""
-        return block_sums(values, (self._film.width, self._film.height), TILE)[..., 0]
+    def _variance(self, moments: NDArray[np.float32], window: int) -> NDArray[np.float32]:
+        """Return the relative variances of direct and indirect light, (2, P), but for a factor."""
+        radiance, image = moments[0], (self._film.height, self._film.width)
+        variance = np.empty((2, len(radiance)), np.float32)
+        for squares, target in zip(moments[3:], variance, strict=True):
+            relative = relative_squares(squares, radiance, radiance.mean()).reshape(image)
+            uniform_filter(relative, window, target.reshape(image), mode="nearest")
+        return variance
 
 
-def _share_out(need: NDArray[np.float64], cost: NDArray[np.float64]) -> NDArray[np.float64]:
+def _decide(variance: NDArray[np.float32], cost: NDArray[np.float32]) -> NDArray[np.int8]:
+    """Return the log2 scales that lower variance most for the same cost: all (2, P).
+
+    At the least sum of variance · s⁻ᵖ + cost · s, the scale s is ∝ (variance / cost)^(1/(1+p)).
+    """
+    need = np.log2(np.maximum(variance, 1e-30) / np.maximum(cost, 1e-30)) / (1.0 + POWER)
+    sample_scales = _share_out(need, cost)
+    if variance.sum() < WORTH * (variance * np.float32(2.0) ** -sample_scales).sum():
+        return np.zeros_like(sample_scales)
+    return sample_scales
+
+
+def _share_out(need: NDArray[np.float32], cost: NDArray[np.float32]) -> NDArray[np.int8]:
     """Round `need` plus a constant to powers that cost as much in all as before, or less."""
-    low, high = LEAST - need.max(), MOST - need.min()
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        sample_scales = np.clip(np.rint(need + middle), LEAST, MOST)
-        low, high = (
-            (middle, high) if (cost * 2.0**sample_scales).sum() <= cost.sum() else (low, middle)
-        )
-    return np.clip(np.rint(need + low), LEAST, MOST)
+    levels = np.rint(need * STEPS).astype(np.int32)
+    first = int(levels.min())
+    places = np.arange(first, int(levels.max()) + 1)
+    costs = np.zeros(len(places))
+    for part in strips(levels.shape[1]):
+        costs += np.bincount((levels[:, part] - first).ravel(), cost[:, part].ravel(), len(places))
+
+    def powers(levels: NDArray, shift: int) -> NDArray:
+        return np.clip((levels + shift + STEPS // 2) // STEPS, LEAST, MOST)
+
+    low, high = LEAST * STEPS - int(places[-1]), MOST * STEPS - first
+    while high - low > 1:
+        middle = (low + high) // 2
+        is_cheap = (costs * 2.0 ** powers(places, middle)).sum() <= costs.sum()
+        low, high = (middle, high) if is_cheap else (low, middle)
+    return powers(levels, low).astype(np.int8)
 
 
-def rays_of(plan: SamplingPlan, part: slice) -> NDArray[np.int64]:
-    """Return the camera, shadow and gather rays of some pixels whose every sample hits."""
-    return plan.samples[part] * (1 + plan.lights[part].astype(np.int64) + plan.gathers[part])
+def _costs(plan: SamplingPlan, coverage: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what direct and indirect light of pixels cost, (2, P), in light samples."""
+    hits = plan.samples * coverage
+    return np.stack([plan.samples + hits * plan.lights, GATHER_COST * hits * plan.gathers])
 
 
 def scale_plan(plan: SamplingPlan, sample_scales: NDArray[np.int8], spreads: bool) -> SamplingPlan:
-    """Return a plan with more or fewer samples: of the camera, or where all of these are one."""
+    """Return a plan with more or fewer light samples and gather rays, by log2 scales (2, P).
 
-    def scaled(counts: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        result = np.empty_like(counts)
-        for part in strips(len(counts)):
-            some = counts[part]
-            result[part] = np.clip(
-                some * 2.0 ** sample_scales[part], np.minimum(some, 1), MOST_SAMPLES
-            )
-        return result
-
-    if spreads:
-        return plan._replace(samples=scaled(plan.samples))
-    return plan._replace(lights=scaled(plan.lights), gathers=scaled(plan.gathers))
+    Where camera samples differ, there are more or fewer of these, as light samples call for, but
+    none without a light sample and a gather ray.
+    """
+    counts = [np.empty_like(part) for part in (plan.samples, plan.lights, plan.gathers)]
+    for part in strips(len(plan.samples)):
+        lights, gathers = 2.0 ** sample_scales[:, part].astype(np.float32)
+        samples = plan.samples[part].astype(np.float32)
+        all_lights = lights * samples * plan.lights[part]
+        all_gathers = gathers * samples * plan.gathers[part]
+        if spreads:
+            fewest = np.where(all_gathers > 0.0, np.minimum(all_lights, all_gathers), all_lights)
+            samples = np.clip(lights * samples, 1.0, np.clip(fewest, 1.0, MOST_SAMPLES))
+        counts[0][part] = samples
+        for count, wanted in zip(counts[1:], (all_lights, all_gathers), strict=True):
+            count[part] = np.where(wanted > 0.0, np.clip(wanted / samples, 1.0, MOST_SAMPLES), 0.0)
+    return plan._replace(samples=counts[0], lights=counts[1], gathers=counts[2])
 
 
 PILOT_PASSES = 2

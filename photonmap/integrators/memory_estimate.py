@@ -21,14 +21,14 @@ UNBIASED_BUFFERS = 8
 """Arrays of an unbiased pass besides: differences, rounds of averages, reflectance."""
 OF_REPLICATES = 6, 5, 4
 """Arrays that add up the passes of a replicate: in any scene, and as above."""
-BYTES_PER_PIXEL = 92
+BYTES_PER_PIXEL = 118
 """Bytes of a pixel besides bands and the buffers that are kept: sampling plan, planes, counts."""
 BYTES_PER_TRIANGLE = 300
 """Arrays, Embree's tree, and what its construction needs for a moment."""
 BASE = 250e6
 """Bytes of the interpreter, its packages and compiled kernels."""
-PASSING_BYTES_PER_PIXEL = 32
-"""What stays in RAM of an image whose arrays are on disk, for moments: luminances, masks."""
+PASSING_BYTES_PER_PIXEL = 48
+"""What stays in RAM of an image whose arrays are on disk, for moments and for decisions on samples."""
 PASSING_BYTES_PER_SPLIT_VALUE = 32
 """The same of each value of a pass that is split by light group."""
 PASSING_BYTES_PER_CAUSTIC = 3 * 52

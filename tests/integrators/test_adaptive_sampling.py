@@ -4,11 +4,21 @@ import numpy as np
 import pytest
 import trimesh
 from helpers.comparisons import assert_within
+from helpers.estimates import empty_pixels
 from helpers.marks import slow
 from helpers.scenes import quad
 
 import photonmap as pm
-from photonmap.integrators.adaptive_sampling import LEAST, MOST, WARM_UP_PASSES, _share_out
+from photonmap.compile.spectral_columns import SpectralColumns
+from photonmap.integrators.adaptive_sampling import (
+    LEAST,
+    MOST,
+    WINDOWS,
+    AdaptiveSampling,
+    _share_out,
+    scale_plan,
+)
+from photonmap.kernels.core.passes import Estimate, Film, SamplingPlan
 
 OPTIONS = {"bands": "rgb", "size": (48, 48)}
 
@@ -51,25 +61,51 @@ def test_the_image_stays_the_same(pair):
 
 
 def test_a_resumed_render_goes_on_as_it_was_focused(ball, tmp_path):
-    whole = pm.render(ball, **OPTIONS, passes=WARM_UP_PASSES + 3)
-    for passes in (WARM_UP_PASSES - 2, WARM_UP_PASSES + 1, WARM_UP_PASSES + 3):
+    first, last = WINDOWS
+    whole = pm.render(ball, **OPTIONS, passes=last + 3)
+    for passes in (first - 1, first + 2, last + 1, last + 3):
         parts = pm.render(
             ball, **OPTIONS, passes=passes, checkpoint=tmp_path / "ball.checkpoint",
-            resume=passes >= WARM_UP_PASSES,
+            resume=passes >= first,
         )  # fmt: skip
     for name, image in whole.buffers.items():
         np.testing.assert_array_equal(parts.buffers[name], image)
 
 
-def test_where_the_error_is_even_nothing_changes(cornell):
-    options = {"bands": "rgb", "size": (16, 16), "passes": WARM_UP_PASSES}
-    even = pm.render(cornell, **options, adaptive=False)
-    np.testing.assert_array_equal(pm.render(cornell, **options).radiance, even.radiance)
+def learn(spread, size=16):
+    """What is learnt from passes whose direct and indirect light have these spreads, (2, P)."""
+    random, pixels = np.random.default_rng(5), size * size
+    film, columns = Film(size, size, True), SpectralColumns(np.zeros(1, np.intp))
+    plan = SamplingPlan(*np.full((3, pixels), 8, np.uint8), np.ones(pixels, np.float32))
+    adaptive = AdaptiveSampling(film, columns)
+    for index in range(max(WINDOWS)):
+        estimate = Estimate(empty_pixels(pixels, 1), None)
+        estimate.pixels.coverage[:] = 1.0
+        light = 10.0 + spread * random.standard_normal((2, pixels))
+        estimate.pixels.direct[:, 0], estimate.pixels.indirect[:, 0] = light
+        adaptive.learn(index, estimate, plan)
+    return plan, adaptive.sample_scales
 
 
-def test_powers_cost_no_more_than_before():
+def test_where_the_error_is_even_nothing_changes():
+    assert not learn(np.full((2, 256), 0.3))[1].any()
+
+
+def test_light_samples_and_gather_rays_are_decided_on_apart():
+    column = np.arange(256) % 16
+    noisy = np.stack([column < 4, column >= 12])
+    plan, scales = learn(np.where(noisy, 4.0, 0.1))
+    inner = ~np.isin(column, (3, 4, 5, 10, 11, 12))  # where windows hold either kind alone
+    for half in scales:
+        assert (half[noisy & inner] > 0).all() and (half[~noisy & inner] == LEAST).all()
+        scaled = scale_plan(plan, half, spreads=True)
+        for scale, counts in zip(half, (scaled.lights, scaled.gathers), strict=True):
+            np.testing.assert_array_equal(scaled.samples.astype(int) * counts, 64 * 2.0**scale)
+
+
+def test_scales_cost_no_more_than_before():
     random = np.random.default_rng(3)
-    need, cost = random.normal(0.0, 2.0, (9, 7)), random.uniform(1.0, 50.0, (9, 7))
+    need, cost = random.normal(0.0, 2.0, (2, 63)), random.uniform(1.0, 50.0, (2, 63))
     sample_scales = _share_out(need, cost)
     assert LEAST <= sample_scales.min() <= sample_scales.max() <= MOST
     assert 0.9 * cost.sum() < (cost * 2.0**sample_scales).sum() <= cost.sum()

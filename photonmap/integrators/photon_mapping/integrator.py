@@ -17,7 +17,7 @@ import numpy as np
 
 from photonmap.film.bias import footprint_width
 from photonmap.film.replicates import replicate_place, replicate_size
-from photonmap.integrators.adaptive_sampling import WARM_UP_PASSES, resize, scale_plan
+from photonmap.integrators.adaptive_sampling import resize, scale_plan
 from photonmap.integrators.base import (
     Counters,
     PassSetup,
@@ -185,9 +185,9 @@ class PhotonIntegrator:
     def _scaled_plan(self, index: int) -> SamplingPlan:
         """Return the plan of pass `index`."""
         scales = self.sample_scales
-        if scales is None or index < WARM_UP_PASSES or not scales.any():
-            return self.plan
         half = index // replicate_size(index) % 2
+        if scales is None or not scales[half].any():
+            return self.plan
         return scale_plan(self.plan, scales[half], self._setup.spreads)
 
     def truncated_fraction(self) -> float:
