@@ -115,7 +115,7 @@ def _decide(variance: NDArray[np.float32], cost: NDArray[np.float32]) -> NDArray
     return sample_scales
 
 
-def _share_out(need: NDArray[np.float32], cost: NDArray[np.float32]) -> NDArray[np.int8]:
+def _share_out(need: NDArray[np.floating], cost: NDArray[np.floating]) -> NDArray[np.int8]:
     """Round `need` plus a constant to powers that cost as much in all as before, or less."""
     levels = np.rint(need * STEPS).astype(np.int32)
     first = int(levels.min())

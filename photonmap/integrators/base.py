@@ -189,8 +189,8 @@ class Integrator(Protocol):
     setup_seconds: float
     """spent on what is done once"""
     sample_scales: np.ndarray | None
-    """(2, 2, P), of passes of either half: log2 of the factors on light samples and gather rays; None
-    for none"""
+    """(2, 2, P), of later passes of either half: log2 of the factors on light samples and on gather
+    rays; None for none"""
 
     adapts: bool
     """whether passes follow `sample_scales`, can be resized, and go on within replicates"""

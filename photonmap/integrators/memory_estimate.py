@@ -28,7 +28,7 @@ BYTES_PER_TRIANGLE = 300
 BASE = 250e6
 """Bytes of the interpreter, its packages and compiled kernels."""
 PASSING_BYTES_PER_PIXEL = 48
-"""What stays in RAM of an image whose arrays are on disk, for moments and for decisions on samples."""
+"""What stays in RAM of an image whose arrays are on disk, for moments and to adapt sampling."""
 PASSING_BYTES_PER_SPLIT_VALUE = 32
 """The same of each value of a pass that is split by light group."""
 PASSING_BYTES_PER_CAUSTIC = 3 * 52

@@ -53,7 +53,7 @@ SKIES = {
     ],
     "dispersion": [replace(GLASS, ior=1.6, abbe=6.0, roughness=r) for r in (0.0, 0.5)],
 }
-SKEWED = ("frosted glass", "anisotropic glass")
+SKEWED = ("frosted glass", "frosted panes", "anisotropic glass")
 """Few walks make most of the light: it takes many passes before their spread shows its error."""
 BY_PATHS_ALONE = "glass in part"
 """Photons linger within white walls."""
