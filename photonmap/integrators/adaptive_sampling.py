@@ -144,8 +144,8 @@ def _costs(plan: SamplingPlan, coverage: NDArray[np.float32]) -> NDArray[np.floa
 def scale_plan(plan: SamplingPlan, sample_scales: NDArray[np.int8], spreads: bool) -> SamplingPlan:
     """Return a plan with more or fewer light samples and gather rays, by log2 scales (2, P).
 
-    Where camera samples differ, there are more or fewer of these, as light samples call for, but
-    none without a light sample and a gather ray.
+    Where camera samples differ, there are more of these, as light samples call for, but not beyond
+    gather rays. There are never fewer, which reflectance and emission would suffer from.
     """
     counts = [np.empty_like(part) for part in (plan.samples, plan.lights, plan.gathers)]
     for part in strips(len(plan.samples)):
@@ -155,7 +155,8 @@ def scale_plan(plan: SamplingPlan, sample_scales: NDArray[np.int8], spreads: boo
         all_gathers = gathers * samples * plan.gathers[part]
         if spreads:
             fewest = np.where(all_gathers > 0.0, np.minimum(all_lights, all_gathers), all_lights)
-            samples = np.clip(lights * samples, 1.0, np.clip(fewest, 1.0, MOST_SAMPLES))
+            most = np.minimum(np.maximum(samples, fewest), MOST_SAMPLES)
+            samples = np.clip(lights * samples, samples, most)
         counts[0][part] = samples
         for count, wanted in zip(counts[1:], (all_lights, all_gathers), strict=True):
             count[part] = np.where(wanted > 0.0, np.clip(wanted / samples, 1.0, MOST_SAMPLES), 0.0)
