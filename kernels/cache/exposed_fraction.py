@@ -1,49 +1,38 @@
 """What a cell of the radiosity cache is like.
 
 Which fraction of it is exposed, and not inside what stands on the surface; whether things stand
-near, emitters among them; and which part of it is surface, where surfaces have holes.
+near, and whether it sees an emitter; and which part of it is surface, where surfaces have holes.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from photonmap.kernels.bsdf.specular import specular_probability
-from photonmap.kernels.cache.radiosity_cache import cell_at, place_in, width_of
+from photonmap.kernels.cache.radiosity_cache import cell_at, place_in
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.rng import draw, sobol_2d, stream
 from photonmap.kernels.core.streams import EXPOSURE_COUNT, EXPOSURE_POINT, EXPOSURE_RAY, split
 from photonmap.kernels.geometry.interaction import offset, point_at, side_of
-from photonmap.kernels.geometry.opacity import intersect, occluded, opacity_at
+from photonmap.kernels.geometry.opacity import intersect, opacity_at
 
-POINTS, FAR_POINTS = 8, 32  # Points of a cell from which rays look around, and afar
-LOOKS = 8  # Rays of a point, at most; one looks afar
+POINTS = 8  # Points of a cell from which rays look around
+LOOKS = 8  # Rays of a point, at most
 HIDDEN = 4  # Points of a cell after which none are tested if none is exposed
-TESTED, EXPOSED, NEAR, EMITTER, LIT = range(5)
-"""What is counted: points that were tested, those that are exposed, those whose first ray or its
-mirror image meets something within the cell's width, those whose first meets an emitter there, and
-those whose first meets an emitter anywhere"""
+TESTED, EXPOSED, NEAR, EMITTER = 0, 1, 2, 3
+"""What is counted: points that were tested, those of them that are exposed, and those whose first
+ray meets something within the cell's width, or an emitter"""
 
 
 @by_reference
 class Exposure(NamedTuple):
-    """Counts of points, uint8, in columns `TESTED` to `LIT`."""
+    """Counts of points, uint8, in columns `TESTED`, `EXPOSED`, `NEAR` and `EMITTER`."""
 
-    cells: np.ndarray  # (cells, 5) of cells of single triangles
-    parts: np.ndarray  # (T, 2, 5) of triangles that share a cell with others
-
-
-@by_reference
-class Question(NamedTuple):
-    """What is asked of which cells."""
-
-    lit_sides: np.ndarray  # (T, 2), whether light reaches the sides of triangles
-    wanted: np.ndarray  # (cells,), whether a cell is measured
-    afar: bool
-    """whether a point is exposed only as far as it is seen from farther away than its cell is wide:
-    if one ray meets what light reaches there"""
+    cells: np.ndarray  # (cells, 4) of cells of single triangles
+    parts: np.ndarray  # (T, 2, 4) of triangles that share a cell with others
 
 
 class Piece(NamedTuple):
@@ -67,87 +56,86 @@ def _is_lit(scene, lit_sides, hit, direction):
 
 
 @jit
-def _look_around(scene, question, piece, place, width, state, counts):
+def _look_around(scene, lit_sides, piece, u, v, width, state, counts):
     """Count a point on a side of a triangle: it is exposed if it sees what light reaches."""
     geometry = scene.geometry
     ng = vec.scale(vec.row(geometry.normals, piece.triangle), 1.0 - 2.0 * piece.side)
-    point, size = point_at(geometry, piece.triangle, place[0], place[1])
+    point, size = point_at(geometry, piece.triangle, u, v)
     origin = offset(point, size, ng)
     counts[TESTED] += 1
-    for look in range(1 if question.afar else LOOKS):
+    for look in range(LOOKS):
         s, state = draw(state)
         t, state = draw(state)
         direction = vec.from_frame(warp.cosine_hemisphere(s, t), ng)
         hit = intersect(geometry, origin, direction)
-        near = hit.triangle >= 0 and hit.distance < width
-        if look == 0 and hit.triangle >= 0 and geometry.emitter[hit.triangle] >= 0:
-            counts[EMITTER] += near
-            counts[LIT] += 1
-        if look == 0 and not question.afar:
-            mirrored = vec.sub(vec.scale(ng, 2.0 * vec.dot(direction, ng)), direction)
-            counts[NEAR] += near or occluded(geometry, origin, mirrored, width)
-        if not (question.afar and near) and _is_lit(scene, question.lit_sides, hit, direction):
+        if look == 0 and hit.triangle >= 0:
+            counts[NEAR] += hit.distance < width
+            counts[EMITTER] += geometry.emitter[hit.triangle] >= 0
+        if _is_lit(scene, lit_sides, hit, direction):
             counts[EXPOSED] += 1
             return
 
 
 @jit
-def _count(scene, question, cells, piece, points, key, counts):
+def _count(scene, lit_sides, cells, piece, points, key, counts):
     """Count some points of a piece, in `counts` of its own if it is a cell, or a part of one."""
-    may_be_hidden = cells.divisions[piece.triangle] > 1 and not question.afar
+    is_cell = cells.divisions[piece.triangle] > 1
     key = stream(key, piece.part, piece.sub)
     point_key, ray_key = split(key, EXPOSURE_POINT), split(key, EXPOSURE_RAY)
-    width = width_of(cells.inverse_area[piece.triangle, piece.side])
+    width = 1.0 / (math.sqrt(cells.inverse_area[piece.triangle, piece.side]) * piece.finer)
     for index in range(points):
         position = sobol_2d(index, point_key)
         u, v = warp.uniform_triangle(position[0], position[1])
         u, v = place_in(piece.finer, piece.sub, u, v)
-        place = place_in(piece.n, piece.part, u, v)
+        u, v = place_in(piece.n, piece.part, u, v)
         state = stream(ray_key, index, 0)
-        _look_around(scene, question, piece, place, width, state, counts)
-        if may_be_hidden and counts[TESTED] == HIDDEN and counts[EXPOSED] == 0:
+        _look_around(scene, lit_sides, piece, u, v, width, state, counts)
+        if is_cell and counts[TESTED] == HIDDEN and counts[EXPOSED] == 0:
             return
 
 
 @jit
-def _probe_shared(scene, question, cells, area, piece, key, exposure):
+def _probe_whole(scene, lit_sides, cells, area, piece, key, exposure):
     """Count points of a triangle that shares a cell with others."""
     triangle, side = piece.triangle, piece.side
     xi, _ = draw(split(key, EXPOSURE_COUNT))
-    points = FAR_POINTS if question.afar else POINTS
-    points = int(points * area * cells.inverse_area[triangle, side] + xi)
-    _count(scene, question, cells, piece, points, key, exposure.parts[triangle, side])
+    points = int(POINTS * area * cells.inverse_area[triangle, side] + xi)
+    _count(scene, lit_sides, cells, piece, points, key, exposure.parts[triangle, side])
 
 
 @jit
-def _probe_divided(scene, question, cells, triangle, side, key, exposure):
+def _probe_divided(scene, lit_sides, cells, triangle, side, key, exposure):
     """Count points of the cells into which a triangle's side is divided."""
-    n, points = cells.divisions[triangle], FAR_POINTS if question.afar else POINTS
+    # In a layout with divided cells, only the parts of divided cells are measured.
+    divided, n = cells.finer > 1, cells.divisions[triangle]
     for part in range(n * n):
         whole = cells.first[triangle, side] + part
-        divided = cells.parts[whole] >= 0
-        finer = cells.finer if divided else 1
-        for sub in range(finer * finer):
+        if divided and cells.parts[whole] < 0:
+            continue
+        for sub in range(cells.finer * cells.finer):
             cell = cells.parts[whole] + sub if divided else whole
-            if question.wanted[cell]:
-                piece = Piece(triangle, side, n, part, finer, sub)
-                _count(scene, question, cells, piece, points, key, exposure.cells[cell])
+            piece = Piece(triangle, side, n, part, cells.finer, sub)
+            _count(scene, lit_sides, cells, piece, POINTS, key, exposure.cells[cell])
 
 
 @kernel
-def probe_exposure(scene, question, areas, cells, key, span, exposure):
-    """Count points of the cells of a span of triangles, of areas (T,), as many in each cell."""
+def probe_exposure(scene, lit_sides, areas, cells, key, span, exposure):
+    """Count points of the cells of a span of triangles, as many in each cell.
+
+    `lit_sides`, (T, 2), says of the sides of triangles whether light reaches them; `areas` are
+    theirs.
+    """
     for triangle in range(span.first, span.last):
         for side in range(2):
-            if not question.lit_sides[triangle, side]:
+            if not lit_sides[triangle, side]:
                 continue
             own = stream(key, triangle, side)
             if cells.divisions[triangle] > 1:
-                _probe_divided(scene, question, cells, triangle, side, own, exposure)
-            elif question.wanted[cells.first[triangle, side]]:
+                _probe_divided(scene, lit_sides, cells, triangle, side, own, exposure)
+            elif cells.finer == 1:
                 piece = Piece(triangle, side, np.int32(1), 0, 1, 0)
                 area = areas[triangle]
-                _probe_shared(scene, question, cells, area, piece, own, exposure)
+                _probe_whole(scene, lit_sides, cells, area, piece, own, exposure)
 
 
 FINE = 8  # Looks at a textured opacity along the side of a cell

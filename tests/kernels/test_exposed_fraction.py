@@ -1,7 +1,6 @@
 """Cells that reach under what stands on them know which part of them lies open."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -51,9 +50,7 @@ def parts_open(meshes, lights, photons=300.0):
     with Workers(2) as workers:
         setup = setup_of(scene, workers)
         lit_sides = find_lit_sides(setup)
-        return cells, measure_exposed(
-            setup, lit_sides, areas, cells, np.ones(count, bool)
-        ).fraction[:, 0]
+        return cells, measure_exposed(setup, lit_sides, areas, cells, count)[0][:, 0]
 
 
 def true_parts(cells, count):
@@ -71,12 +68,6 @@ def true_parts(cells, count):
         np.add.at(points, found, 1)
         np.add.at(outside, found, ~under)
     return points, outside
-
-
-def cell_of(cells, x, y):
-    """Return the cell on top of the floor at a point of the unit square."""
-    triangle, uv = (0, (x - y, y)) if x > y else (1, (x, y - x))
-    return cell_at(cells, triangle, 0, *uv)
 
 
 SKY, SUN = pm.DomeLight(1.0), pm.DirectionalLight((0.3, 0.2, -1.0), 1.0)
@@ -110,30 +101,6 @@ def test_what_is_under_a_block_is_not_open(around, light, outward):
     assert (part[top][true == 1.0] == 1.0).all()
     # Cells of which nothing is open get no light; none of it is made brighter.
     assert (part[top][true == 0.0] == 1.0).all()
-
-
-def test_crowded_cells_are_exposed_as_far_as_they_are_seen_from_afar():
-    """Beside a block and under it, by rays that a formula intersects with it."""
-    scene = compile_scene(pm.Scene([floor(), block(), room()], [LAMP]), Bands.rgb())
-    areas = triangle_areas(scene.geometry)
-    cells, count = lay_cells(scene.geometry, areas, areas[0] / 50.0)
-    with Workers(2) as workers:
-        setup = setup_of(scene, workers)
-        ask = partial(measure_exposed, setup, find_lit_sides(setup), areas)
-        near = ask(cells, np.ones(count, bool)).crowded
-        fraction = ask(cells._replace(crowded=near), near, afar=True).fraction[:, 0]
-    size, rng = 2 * int(cells.divisions[0]) ** 2, np.random.default_rng(3)
-    assert 10 < near[:size].sum() < size - 10
-    width = np.sqrt(0.5) / cells.divisions[0]
-    points, r, turn = rng.random((9_000, 2)), rng.random(9_000), 2.0 * np.pi * rng.random(9_000)
-    ray = np.sqrt(r)[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    with np.errstate(divide="ignore"):
-        sides = np.sort((np.array([[LOW], [HIGH]]) - points[:, None]) / ray[:, None], axis=1)
-    enter, leave = sides[:, 0].max(axis=1), sides[:, 1].min(axis=1)
-    far = (enter > leave) | (leave < 0.0) | (enter > width) | (enter * np.sqrt(1 - r) > 0.4)
-    cell = np.array([cell_of(cells, *point) for point in points])
-    chosen = near[cell]
-    assert fraction[:size][near[:size]].mean() == pytest.approx(far[chosen].mean(), abs=0.03)
 
 
 @pytest.mark.parametrize("light", [SKY, LAMP], ids=["sky", "lamp"])

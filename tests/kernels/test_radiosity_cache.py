@@ -11,7 +11,6 @@ from photonmap.compile.scene_arrays import compile_scene
 from photonmap.integrators.photon_mapping.cache_cells import (
     FINER,
     divide_cells,
-    divide_shared_cells,
     lay_cells,
     measure_surface_fraction,
 )
@@ -182,7 +181,7 @@ def test_energy_in_the_store(rho):
     radiosity = np.full((count, 3), np.nan, np.float32)
     n, scratch = 40_000, np.empty((3, 3), np.float32)
     cache = RadiosityCache(cells, radiosity)
-    stores, _, cut, _ = trace_photons(
+    stores, _, cut = trace_photons(
         compiled.arrays, cache, np.uint64(5), Span(0, n), n, 1000, scratch
     )
     area = np.zeros(count)
@@ -197,41 +196,6 @@ def test_energy_in_the_store(rho):
     assert stores >= n
     behind = radiosity[count // 2 :]
     assert (behind == 0).all()
-
-
-def test_crowded_cells_of_a_sphere_keep_what_goes_far():
-    """Of cosine-distributed rays in a sphere of radius 1, w² / 4 end nearer than w."""
-    sphere = trimesh.creation.icosphere(subdivisions=4)
-    wall = pm.Mesh(sphere.vertices, sphere.faces[:, ::-1], pm.Material("wall", 0.5))
-    compiled = compile_scene(pm.Scene([wall], [pm.PointLight((0, 0, 0), (3.0,) * 3)]), Bands.rgb())
-    areas, light = triangle_areas(compiled.geometry), []
-    cells, count = lay_cells(compiled.geometry, areas, areas.sum() / 8)
-    scale = np.linalg.norm(compiled.geometry.vertices, axis=1).max()
-    for crowded in (np.zeros(0, bool), np.ones(count, bool)):
-        cache = RadiosityCache(cells._replace(crowded=crowded), np.empty((count, 3), np.float32))
-        scratch = np.empty((3, 3), np.float32)
-        trace_photons(compiled.arrays, cache, np.uint64(5), Span(0, 20_000), 20_000, 99, scratch)
-        light.append(cache.radiosity[cells.first, 0] * areas[:, None])
-    expected = light[0] * (1.0 - 1.0 / (4.0 * scale**2 * cells.inverse_area))
-    assert 0.4 < expected.sum() / light[0].sum() < 0.95
-    assert light[1].sum() == pytest.approx(expected.sum(), rel=0.02)
-
-
-def test_shared_cells_are_divided_by_smaller_boxes():
-    geometry = prepared_mesh(MESHES["sphere"], lights=[pm.DomeLight(1.0)]).geometry
-    areas = triangle_areas(geometry)
-    cells, count = lay_cells(geometry, areas, areas.sum() / 50)
-    chosen = np.zeros(count, bool)
-    chosen[cells.first[0, 0]] = True
-    finer, both = divide_shared_cells(geometry, areas, cells, count, chosen, 0.02)
-    divided = cells.first[:, 0] == cells.first[0, 0]
-    np.testing.assert_array_equal(finer.first[~divided], cells.first[~divided])
-    new = finer.first[divided]
-    assert set(new.ravel()) == set(range(count, both))
-    assert both - count > 8
-    area = np.bincount(new[:, 0] - count, areas[divided])
-    np.testing.assert_allclose(1.0 / finer.inverse_area[divided, 0], area[new[:, 0] - count], 1e-5)
-    assert area.sum() == pytest.approx(areas[divided].sum())
 
 
 def test_bundles_join_in_order():

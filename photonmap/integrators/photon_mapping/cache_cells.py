@@ -15,11 +15,9 @@ from photonmap.integrators.base import PassSetup
 from photonmap.kernels.cache.exposed_fraction import (
     EMITTER,
     EXPOSED,
-    LIT,
     NEAR,
     TESTED,
     Exposure,
-    Question,
     measure_cells,
     probe_exposure,
 )
@@ -31,23 +29,10 @@ from photonmap.runtime.storage import strips
 
 FINER = 4
 """Cells along the side of one that is divided."""
-NONE_CROWDED = np.zeros(0, np.bool_)
+NO_CLUTTER = np.zeros(0, np.bool_)
 """Of cells that are not looked up, or not measured yet."""
 DIRECTIONS = 4
 """Small triangles share a cell only where their normals fall in the same of 4³ boxes."""
-
-
-class Exposed(NamedTuple):
-    """What was measured of the cells of a layout."""
-
-    fraction: NDArray[np.float32]
-    """(cells, 1) of each that is exposed; 1 where none seems to be"""
-    crowded: NDArray[np.bool_]
-    """(cells,) whether things stand within its width"""
-    cluttered: NDArray[np.bool_]
-    """(cells,) whether many do, and no emitter is seen: that would be noisy"""
-    lighted: NDArray[np.bool_]
-    """(cells,) whether emitters do"""
 
 
 def lay_cells(
@@ -77,9 +62,7 @@ def lay_cells(
     both = np.stack([first, first + one_side], axis=1).astype(np.int32)
     inverse = np.repeat((1.0 / cell_area).astype(np.float32)[:, None], 2, axis=1)
     undivided = np.full(2 * one_side, -1, np.int32)
-    return CacheCells(
-        both, divisions, inverse, undivided, NONE_CROWDED, NONE_CROWDED, 1
-    ), 2 * one_side
+    return CacheCells(both, divisions, inverse, undivided, NO_CLUTTER, 1), 2 * one_side
 
 
 def divide_cells(cells: CacheCells, chosen: NDArray[np.bool_]) -> tuple[CacheCells, int]:
@@ -101,36 +84,11 @@ def divide_cells(cells: CacheCells, chosen: NDArray[np.bool_]) -> tuple[CacheCel
     return cells._replace(parts=parts, finer=finer), count + finer**2 * number
 
 
-def divide_shared_cells(
-    geometry: Geometry,
-    areas: NDArray[np.float64],
-    cells: CacheCells,
-    count: int,
-    chosen: NDArray[np.bool_],
-    size: float,
-) -> tuple[CacheCells, int]:
-    """Divide those of the first cells, `chosen`, that triangles share, by boxes of a size.
-
-    What comes of them lies behind all `count` cells; return the layout and their number with it.
-    """
-    shared = np.flatnonzero((cells.divisions == 1) & chosen[cells.first].any(axis=1))
-    if len(shared) == 0:
-        return cells, count
-    group = _group_neighbours(geometry, shared, size)
-    groups = int(group.max()) + 1
-    first, inverse = cells.first.copy(), cells.inverse_area.copy()
-    first[shared] = count + np.stack([group, group + groups], axis=1)
-    inverse[shared] = 1.0 / np.bincount(group, areas[shared])[group, None]
-    return cells._replace(first=first, inverse_area=inverse), count + 2 * groups
-
-
 def one_cell(triangles: int) -> CacheCells:
     """Lay one cell of area 1 over all triangles, for photons that are only counted."""
     first, inverse = np.zeros((triangles, 2), np.int32), np.ones((triangles, 2), np.float32)
     none = np.zeros(0, np.int32)
-    return CacheCells(
-        first, np.ones(triangles, np.int32), inverse, none, NONE_CROWDED, NONE_CROWDED, 1
-    )
+    return CacheCells(first, np.ones(triangles, np.int32), inverse, none, NO_CLUTTER, 1)
 
 
 LEAST_FILL = 1 / 64
@@ -178,13 +136,20 @@ ENOUGH_BATCHES = 12
 """Of these, how many must reach an object for a decision of its own."""
 LEAST = 1 / 4
 """Exposed fraction of a cell, at least: it bounds by how much a cell is made brighter."""
-CLUTTERED = 2 / 5
-"""Share of pairs of rays from a cell of which one ends within its width, above which it is
-cluttered."""
-LEAST_SEEN = 1 / 16
-"""The same of crowded cells."""
+CLUTTERED = 1 / 5
+"""Share of rays from a cell that end within its width, above which it is cluttered. Of what they
+would cost and gain, see docs/performance.md."""
 PARTS = 16
 """Parts in which triangles are processed, for any number of threads."""
+
+
+class Exposed(NamedTuple):
+    """What was measured of the cells of a layout."""
+
+    fraction: NDArray[np.float32]
+    """(cells, 1) of each that is exposed; 1 where none seems to be"""
+    cluttered: NDArray[np.bool_]
+    """(cells,) whether things stand near, and no emitter is seen: that would be noisy"""
 
 
 def find_lit_sides(setup: PassSetup) -> NDArray[np.bool_]:
@@ -245,36 +210,29 @@ def measure_exposed(
     lit_sides: NDArray[np.bool_],
     areas: NDArray[np.float64],
     cells: CacheCells,
-    wanted: NDArray[np.bool_],
-    afar: bool = False,
+    count: int,
 ) -> Exposed:
-    """Return what is exposed of each of the cells that are `wanted`, (cells,); 1 of the others.
+    """Return what is exposed of each of `count` cells, and which are cluttered.
 
-    If `afar`, it is exposed as far as it can be seen from farther away than it is wide: the share
-    of rays that go so far. Sides are those of `find_lit_sides`, (T, 2), and areas, (T,), those of
-    triangles.
+    In a layout with divided cells, only of their parts: 1 and False elsewhere. Sides are those of
+    `find_lit_sides`, (T, 2), and areas, (T,), those of triangles.
     """
     scene, storage, triangles = setup.compiled.arrays, setup.storage, len(areas)
     exposure = Exposure(
-        storage.zeros((len(wanted), 5), np.uint8), storage.zeros((triangles, 2, 5), np.uint8)
+        storage.zeros((count, 4), np.uint8), storage.zeros((triangles, 2, 4), np.uint8)
     )
-    key, question = setup.key(int(afar), Domain.EXPOSURE), Question(lit_sides, wanted, afar)
+    key = setup.key(0, Domain.EXPOSURE)
 
     def probe(part: int) -> None:
         span = Span(part * triangles // PARTS, (part + 1) * triangles // PARTS)
-        probe_exposure(scene, question, areas, cells, key, span, exposure)
+        probe_exposure(scene, lit_sides, areas, cells, key, span, exposure)
 
     setup.workers.map(probe, PARTS)
     shared, counts = cells.divisions == 1, exposure.cells
-    np.add.at(counts, cells.first[shared].ravel(), exposure.parts[shared].reshape(-1, 5))
-    fraction = storage.zeros((len(wanted), 1))
+    np.add.at(counts, cells.first[shared].ravel(), exposure.parts[shared].reshape(-1, 4))
+    fraction = storage.zeros((count, 1))
     fraction[:] = 1.0
-    # Its inverse is what counts: that of (k + 1) / (n + 1) has the right mean.
-    one, least = (1.0, LEAST_SEEN) if afar else (0.0, LEAST)
-    found = counts[:, TESTED if afar else EXPOSED] > 0
-    exposed, tested = counts[:, EXPOSED] + one, counts[:, TESTED] + one
-    np.divide(exposed, tested, out=fraction[:, 0], where=found, casting="unsafe")
-    np.maximum(fraction, least, out=fraction)
-    near = counts[:, NEAR]
-    cluttered = (near > CLUTTERED * counts[:, TESTED]) & (counts[:, LIT] == 0)
-    return Exposed(fraction, near > 0, cluttered, counts[:, EMITTER] > 0)
+    found = counts[:, EXPOSED] > 0
+    np.divide(counts[:, EXPOSED], counts[:, TESTED], out=fraction[:, 0], where=found)
+    near = counts[:, NEAR] > CLUTTERED * counts[:, TESTED]
+    return Exposed(np.maximum(fraction, LEAST, out=fraction), near & (counts[:, EMITTER] == 0))

@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from photonmap.compile.geometry import triangle_areas
 from photonmap.integrators.base import Counters, PassSetup
 from photonmap.integrators.photon_mapping.cache_cells import (
-    FINER,
     Exposed,
     divide_cells,
-    divide_shared_cells,
     find_lit_sides,
     lay_cells,
     measure_exposed,
@@ -32,9 +30,8 @@ STORES_PER_CELL = 7
 cells are larger where many photons, as those of a sky, miss the scene."""
 MOST_CELLS_PER_PHOTON = 0.3
 """Where surfaces are white, and photons are stored many times."""
-CELLS_HOLD = 9
-"""Passes after which cells begin to shrink; before, noise outweighs their bias. The 18th pass is
-the first that has smaller ones: renders of 16 passes lay them out once."""
+CELLS_HOLD = 8
+"""Passes after which cells begin to shrink; before, noise outweighs their bias."""
 BUNDLE = 32768
 """Photons that fill one copy of the cache."""
 MOST_BUNDLES = 16
@@ -88,11 +85,11 @@ class CacheTracer:
             ),
             bundles,
         )
-        stores, rays, truncated, short = np.sum(counts, axis=0).tolist()
+        stores, rays, truncated = np.sum(counts, axis=0).tolist()
         counters.stores += stores
         counters.truncated += truncated
         counters.photons += total
-        counters.add_rays(photon=rays, shadow=short)
+        counters.add_rays(photon=rays)
         radiosity = setup.storage.zeros((layout.number, setup.bands))
         setup.workers.ranges(
             lambda first, last: sum_bundles(self._bundles, first, last, radiosity),
@@ -108,38 +105,26 @@ class CacheTracer:
         if level not in self._layouts:
             number = max(self._setup.photons * self._cells_per_photon, 1.0) * 2.0 ** (0.5 * level)
             area, geometry = self._areas.sum() / number, self._setup.scene(0).geometry
-            cells, _ = lay_cells(geometry, self._areas, area)
+            cells, count = lay_cells(geometry, self._areas, area)
             # Passes that are repeated with wider supports go back and forth between two.
             kept = list(self._layouts.items())[-1:]
-            self._layouts = dict(kept) | {level: self._measure(cells, area)}
+            self._layouts = dict(kept) | {level: self._measure(cells, count)}
         return self._layouts[level]
 
-    def _measure(self, cells: CacheCells, area: float) -> Layout:
-        """Divide cells of about an area where that helps, and measure what is exposed of all."""
-        geometry, laid = self._setup.scene(0).geometry, len(cells.parts)
-        exposed = self._measure_exposed(cells, np.ones(laid, np.bool_))
-        fraction, crowded, cluttered, lighted = exposed
-        cells, divided = divide_cells(cells, (fraction[:, 0] < 1.0) | lighted)
-        cells, count = divide_shared_cells(
-            geometry, self._areas, cells, divided, lighted, math.sqrt(area) / FINER
-        )
-        if laid < count:
-            rest = self._measure_exposed(cells, np.arange(count) >= laid)
-            fraction = np.concatenate([fraction, rest.fraction[laid:]])
-            crowded = np.concatenate([crowded, rest.crowded[laid:]])
-            cluttered = np.concatenate([cluttered, rest.cluttered[laid:]])
-        cells = cells._replace(crowded=crowded, cluttered=cluttered)
-        if crowded.any():
-            afar = self._measure_exposed(cells, crowded, afar=True).fraction
-            fraction[crowded] = afar[crowded]
-        fraction[laid:divided] /= np.float32(cells.finer**2)
-        surface = measure_surface_fraction(geometry, self._areas, cells, count)
-        return Layout(cells, count, fraction if surface is None else fraction * surface)
+    def _measure(self, cells: CacheCells, count: int) -> Layout:
+        """Divide the cells that are exposed in part, and measure the exposed surface of all."""
+        part, cluttered = self._measure_exposed(cells, count)
+        cells, count = divide_cells(cells, part[:, 0] < 1.0)
+        if (laid := len(part)) < count:
+            divided = self._measure_exposed(cells, count)
+            part = np.concatenate([part, divided.fraction[laid:] / np.float32(cells.finer**2)])
+            cluttered = np.concatenate([cluttered, divided.cluttered[laid:]])
+        cells = cells._replace(cluttered=cluttered)
+        surface = measure_surface_fraction(self._setup.scene(0).geometry, self._areas, cells, count)
+        return Layout(cells, count, part if surface is None else part * surface)
 
-    def _measure_exposed(
-        self, cells: CacheCells, wanted: NDArray[np.bool_], afar: bool = False
-    ) -> Exposed:
-        return measure_exposed(self._setup, self._lit_sides, self._areas, cells, wanted, afar)
+    def _measure_exposed(self, cells: CacheCells, count: int) -> Exposed:
+        return measure_exposed(self._setup, self._lit_sides, self._areas, cells, count)
 
     @cached_property
     def _lit_sides(self) -> NDArray[np.bool_]:
