@@ -47,7 +47,7 @@ POWER = 1.5
 WORTH = 1.05
 """Factor by which the variance must fall for sampling to adapt."""
 STEPS = 16
-"""Steps of an octave by which `_share_out` weighs needs"""
+"""Steps of a factor of 2 in which `_share_out` counts needs."""
 
 
 class AdaptiveSampling:
@@ -83,7 +83,7 @@ class AdaptiveSampling:
                 self.sample_scales[half] = _decide(variance, cost)
 
     def _light(self, estimate: Estimate, part: slice) -> NDArray[np.float32]:
-        """Return the means over bands of direct and indirect light, without emission, caustics."""
+        """Return the means over bands of direct and indirect light, (2, P); not of caustics."""
         pixels, via = estimate.pixels, estimate.via_specular
         light = np.stack([pixels.direct[part], pixels.indirect[part]])
         if via is not None:
