@@ -4,27 +4,26 @@ Which fraction of it is exposed, and not inside what stands on the surface; whet
 near, and whether it sees an emitter; and which part of it is surface, where surfaces have holes.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from photonmap.kernels.bsdf.specular import specular_probability
-from photonmap.kernels.cache.radiosity_cache import cell_at, place_in
+from photonmap.kernels.cache.radiosity_cache import cell_at, place_in, width_of
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.rng import draw, sobol_2d, stream
 from photonmap.kernels.core.streams import EXPOSURE_COUNT, EXPOSURE_POINT, EXPOSURE_RAY, split
 from photonmap.kernels.geometry.interaction import offset, point_at, side_of
-from photonmap.kernels.geometry.opacity import intersect, opacity_at
+from photonmap.kernels.geometry.opacity import intersect, occluded, opacity_at
 
-POINTS = 8  # Points of a cell from which rays look around
-LOOKS = 8  # Rays of a point, at most
+POINTS, FAR_POINTS = 8, 12  # Points of a cell from which rays look around, and afar
+LOOKS = 8  # Rays of a point, at most; one looks afar
 HIDDEN = 4  # Points of a cell after which none are tested if none is exposed
-TESTED, EXPOSED, NEAR, EMITTER = 0, 1, 2, 3
-"""What is counted: points that were tested, those of them that are exposed, and those whose first
-ray meets something within the cell's width, or an emitter"""
+TESTED, EXPOSED, NEAR, EMITTER = range(4)
+"""What is counted: points that were tested, those of them that are exposed, those whose first ray
+or its mirror image meets something within the cell's width, and whose first meets an emitter"""
 
 
 @by_reference
@@ -33,6 +32,15 @@ class Exposure(NamedTuple):
 
     cells: np.ndarray  # (cells, 4) of cells of single triangles
     parts: np.ndarray  # (T, 2, 4) of triangles that share a cell with others
+
+
+@by_reference
+class Question(NamedTuple):
+    """What is asked of which cells."""
+
+    lit_sides: np.ndarray  # (T, 2), whether light reaches the sides of triangles
+    wanted: np.ndarray  # (cells,), whether a cell is measured
+    afar: bool  # whether points count as far as they are seen from farther than a cell is wide
 
 
 class Piece(NamedTuple):
@@ -56,11 +64,11 @@ def _is_lit(scene, lit_sides, hit, direction):
 
 
 @jit
-def _look_around(scene, lit_sides, piece, u, v, width, state, counts):
+def _look_around(scene, question, piece, place, width, state, counts):
     """Count a point on a side of a triangle: it is exposed if it sees what light reaches."""
     geometry = scene.geometry
     ng = vec.scale(vec.row(geometry.normals, piece.triangle), 1.0 - 2.0 * piece.side)
-    point, size = point_at(geometry, piece.triangle, u, v)
+    point, size = point_at(geometry, piece.triangle, place[0], place[1])
     origin = offset(point, size, ng)
     counts[TESTED] += 1
     for look in range(LOOKS):
@@ -68,74 +76,93 @@ def _look_around(scene, lit_sides, piece, u, v, width, state, counts):
         t, state = draw(state)
         direction = vec.from_frame(warp.cosine_hemisphere(s, t), ng)
         hit = intersect(geometry, origin, direction)
-        if look == 0 and hit.triangle >= 0:
-            counts[NEAR] += hit.distance < width
-            counts[EMITTER] += geometry.emitter[hit.triangle] >= 0
-        if _is_lit(scene, lit_sides, hit, direction):
+        if look == 0:
+            near = hit.triangle >= 0 and hit.distance < width
+            counts[EMITTER] += hit.triangle >= 0 and geometry.emitter[hit.triangle] >= 0
+            mirrored = vec.sub(vec.scale(ng, 2.0 * vec.dot(direction, ng)), direction)
+            counts[NEAR] += near or occluded(geometry, origin, mirrored, width)
+        if _is_lit(scene, question.lit_sides, hit, direction):
             counts[EXPOSED] += 1
             return
 
 
 @jit
-def _count(scene, lit_sides, cells, piece, points, key, counts):
+def _look_afar(scene, question, piece, place, towards, width, counts):
+    """Count a point on a side of a triangle: it is exposed if one ray meets what is lit, but far.
+
+    `towards`, of the unit square, chooses the ray.
+    """
+    geometry = scene.geometry
+    ng = vec.scale(vec.row(geometry.normals, piece.triangle), 1.0 - 2.0 * piece.side)
+    point, size = point_at(geometry, piece.triangle, place[0], place[1])
+    direction = vec.from_frame(warp.cosine_hemisphere(towards[0], towards[1]), ng)
+    hit = intersect(geometry, offset(point, size, ng), direction)
+    counts[TESTED] += 1
+    if hit.triangle < 0 or hit.distance >= width:
+        counts[EXPOSED] += _is_lit(scene, question.lit_sides, hit, direction)
+
+
+@jit
+def _count(scene, question, cells, piece, points, key, counts):
     """Count some points of a piece, in `counts` of its own if it is a cell, or a part of one."""
-    is_cell = cells.divisions[piece.triangle] > 1
+    may_be_hidden = cells.divisions[piece.triangle] > 1
     key = stream(key, piece.part, piece.sub)
     point_key, ray_key = split(key, EXPOSURE_POINT), split(key, EXPOSURE_RAY)
-    width = 1.0 / (math.sqrt(cells.inverse_area[piece.triangle, piece.side]) * piece.finer)
+    width = width_of(cells.inverse_area[piece.triangle, piece.side])
     for index in range(points):
         position = sobol_2d(index, point_key)
         u, v = warp.uniform_triangle(position[0], position[1])
         u, v = place_in(piece.finer, piece.sub, u, v)
-        u, v = place_in(piece.n, piece.part, u, v)
+        place = place_in(piece.n, piece.part, u, v)
+        if question.afar:
+            towards = sobol_2d(index, ray_key)
+            _look_afar(scene, question, piece, place, towards, width, counts)
+            continue
         state = stream(ray_key, index, 0)
-        _look_around(scene, lit_sides, piece, u, v, width, state, counts)
-        if is_cell and counts[TESTED] == HIDDEN and counts[EXPOSED] == 0:
+        _look_around(scene, question, piece, place, width, state, counts)
+        if may_be_hidden and counts[TESTED] == HIDDEN and counts[EXPOSED] == 0:
             return
 
 
 @jit
-def _probe_whole(scene, lit_sides, cells, area, piece, key, exposure):
+def _probe_shared(scene, question, cells, area, piece, key, exposure):
     """Count points of a triangle that shares a cell with others."""
     triangle, side = piece.triangle, piece.side
     xi, _ = draw(split(key, EXPOSURE_COUNT))
-    points = int(POINTS * area * cells.inverse_area[triangle, side] + xi)
-    _count(scene, lit_sides, cells, piece, points, key, exposure.parts[triangle, side])
+    points = FAR_POINTS if question.afar else POINTS
+    points = int(points * area * cells.inverse_area[triangle, side] + xi)
+    _count(scene, question, cells, piece, points, key, exposure.parts[triangle, side])
 
 
 @jit
-def _probe_divided(scene, lit_sides, cells, triangle, side, key, exposure):
+def _probe_divided(scene, question, cells, triangle, side, key, exposure):
     """Count points of the cells into which a triangle's side is divided."""
-    # In a layout with divided cells, only the parts of divided cells are measured.
-    divided, n = cells.finer > 1, cells.divisions[triangle]
+    n, points = cells.divisions[triangle], FAR_POINTS if question.afar else POINTS
     for part in range(n * n):
         whole = cells.first[triangle, side] + part
-        if divided and cells.parts[whole] < 0:
-            continue
-        for sub in range(cells.finer * cells.finer):
+        divided = cells.parts[whole] >= 0
+        finer = cells.finer if divided else 1
+        for sub in range(finer * finer):
             cell = cells.parts[whole] + sub if divided else whole
-            piece = Piece(triangle, side, n, part, cells.finer, sub)
-            _count(scene, lit_sides, cells, piece, POINTS, key, exposure.cells[cell])
+            if question.wanted[cell]:
+                piece = Piece(triangle, side, n, part, finer, sub)
+                _count(scene, question, cells, piece, points, key, exposure.cells[cell])
 
 
 @kernel
-def probe_exposure(scene, lit_sides, areas, cells, key, span, exposure):
-    """Count points of the cells of a span of triangles, as many in each cell.
-
-    `lit_sides`, (T, 2), says of the sides of triangles whether light reaches them; `areas` are
-    theirs.
-    """
+def probe_exposure(scene, question, areas, cells, key, span, exposure):
+    """Count points of the cells of a span of triangles, of areas (T,), as many in each cell."""
     for triangle in range(span.first, span.last):
         for side in range(2):
-            if not lit_sides[triangle, side]:
+            if not question.lit_sides[triangle, side]:
                 continue
             own = stream(key, triangle, side)
             if cells.divisions[triangle] > 1:
-                _probe_divided(scene, lit_sides, cells, triangle, side, own, exposure)
-            elif cells.finer == 1:
+                _probe_divided(scene, question, cells, triangle, side, own, exposure)
+            elif question.wanted[cells.first[triangle, side]]:
                 piece = Piece(triangle, side, np.int32(1), 0, 1, 0)
                 area = areas[triangle]
-                _probe_whole(scene, lit_sides, cells, area, piece, own, exposure)
+                _probe_shared(scene, question, cells, area, piece, own, exposure)
 
 
 FINE = 8  # Looks at a textured opacity along the side of a cell

@@ -53,6 +53,12 @@ def cell_at(cells, triangle, side, u, v):
 
 
 @jit
+def width_of(inverse_area):
+    """Return the distance below which a cell of an area is not looked up."""
+    return NEAR / math.sqrt(inverse_area)
+
+
+@jit
 def can_look_up(cells, surface):
     """Return whether a cell is small against its distance from where it is looked up.
 

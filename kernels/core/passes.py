@@ -218,6 +218,9 @@ class CacheCells(NamedTuple):
     """(cells,), the first of the finer² cells that a cell of one triangle is divided into, or -1;
     none are where all triangles share cells"""
     cluttered: boolean[::1]  # (cells,), whether gather rays that end here go on as paths
+    crowded: boolean[::1]
+    """(cells,), whether things stand within a cell's width, so that it keeps the light of those of
+    its points alone that are seen from farther away; (0,) where they are not told apart"""
     finer: int
 
 

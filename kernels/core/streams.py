@@ -26,6 +26,7 @@ class Domain(IntEnum):
     CAUSTIC_CHECK = auto()
     LINGERING = auto()
     WAVELENGTHS = auto()
+    SEEN_AFAR = auto()
 
 
 (

@@ -95,8 +95,7 @@ def may_answer_gather_ray(cache, surface):
     """Return whether the cache may answer for the end of a gather ray.
 
     Not where it is corrected: a path's light sample and next ray cost little there, and what they
-    look up counts for less. Nor in clutter, where light differs within a cell, and gather rays see
-    what is lit more often than its share of the surface.
+    look up counts for less. Nor in clutter, where a cell may reach to the other side of a wall.
     """
     if cache.followed is not None or not can_look_up(cache.cells, surface):
         return False

@@ -9,13 +9,13 @@ from photonmap.kernels.bsdf.specular import (
     scatter_specular,
     specular_probability,
 )
-from photonmap.kernels.cache.radiosity_cache import cell_at
+from photonmap.kernels.cache.radiosity_cache import cell_at, width_of
 from photonmap.kernels.core import streams, vec, warp
 from photonmap.kernels.core.bands import largest
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.rng import russian_roulette, sobol_2d, stream
 from photonmap.kernels.geometry.interaction import surface_interaction
-from photonmap.kernels.geometry.opacity import intersect
+from photonmap.kernels.geometry.opacity import intersect, occluded
 from photonmap.kernels.integrators.cache_answer import fill_base_flux, has_base
 from photonmap.kernels.lights.emission import emit_photon
 
@@ -51,48 +51,58 @@ def adjoint_factor(surface, direction):
 
 
 @jit
-def _store(cache, surface, flux):
-    """Add reflected flux to the cell of a surface point."""
-    hit, side = surface.hit, surface.side
-    density = cache.cells.inverse_area[hit.triangle, side]
-    cell = cell_at(cache.cells, hit.triangle, side, hit.u, hit.v)
+def _store(scene, cache, surface, point, flux):
+    """Add reflected flux to the cell of a surface point; to a crowded one if it goes far.
+
+    Returns how many short rays told that.
+    """
+    hit, side, cells = surface.hit, surface.side, cache.cells
+    density = cells.inverse_area[hit.triangle, side]
+    cell = cell_at(cells, hit.triangle, side, hit.u, hit.v)
+    is_crowded = cells.crowded.shape[0] > 0 and cells.crowded[cell]
+    if is_crowded:
+        direction = vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
+        if occluded(scene.geometry, surface.point, direction, width_of(density)):
+            return 1
     for band in range(len(flux)):
         cache.radiosity[cell, band] += flux[band] * density
+    return int(is_crowded)
 
 
 @jit
 def _reflect(scene, cache, surface, point, flux, scratch):
     """Reflect a photon that does not take the specular lobe, and add what is kept to its cell."""
     # `point`, of the unit square, chooses the direction. Returns the photon's largest flux over
-    # bands, and the direction in which it leaves.
+    # bands, the direction in which it leaves, and short rays that were cast.
     factor = adjoint_factor(surface, surface.arrival)
     surface = models.with_model(scene, surface)
     if scene.scattering is None or surface.model == models.LAMBERTIAN:
         after = reflect_flux(scene, surface.hit, factor, flux, scratch[0])
-        _store(cache, surface, flux)
-        return after, vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
-    is_glossy = has_base(scene, surface.hit.triangle)
+        short = _store(scene, cache, surface, point, flux)
+        direction = vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
+        return after, direction, short
+    is_glossy, short = has_base(scene, surface.hit.triangle), 0
     if is_glossy:
         fill_base_flux(scene, surface, factor, flux, scratch[0], scratch[1])
-        _store(cache, surface, scratch[0])
+        short = _store(scene, cache, surface, point, scratch[0])
     direction = models.scatter_flux(scene, surface, point, factor, flux, scratch[0], scratch[1])
     if not is_glossy:
-        _store(cache, surface, flux)
-    return largest(flux), direction
+        short = _store(scene, cache, surface, point, flux)
+    return largest(flux), direction, short
 
 
 @jit
 def _trace(scene, cache, index, key, ray, bounces, flux, scratch):
     """Follow one photon until it is absorbed or leaves the scene."""
-    # Returns (cache entries, rays cast, 1 if truncated at `bounces`).
-    state, stores = stream(streams.split(key, streams.SURVIVAL), index, 0), 0
+    # Returns (cache entries, rays cast, 1 if truncated at `bounces`, short rays cast).
+    state, stores, short = stream(streams.split(key, streams.SURVIVAL), index, 0), 0, 0
     bounce_key = streams.split(key, streams.BOUNCE)
     origin, direction = ray
     is_specular = False
     for bounce in range(bounces):
         hit = intersect(scene.geometry, origin, direction)
         if hit.triangle < 0:
-            return stores, bounce + 1, 0
+            return stores, bounce + 1, 0, short
         absorb(scene, hit, direction, is_specular, flux)
         before = largest(flux)
         is_specular, origin, direction, state = _scatter_if_specular(
@@ -100,17 +110,17 @@ def _trace(scene, cache, index, key, ray, bounces, flux, scratch):
         )
         if is_specular:
             if largest(flux) == 0.0:
-                return stores, bounce + 1, 0
+                return stores, bounce + 1, 0, short
             continue
         surface = surface_interaction(scene.geometry, hit, direction)
         point = sobol_2d(index, stream(bounce_key, bounce, 0))
-        after, direction = _reflect(scene, cache, surface, point, flux, scratch)
-        stores += 1
+        after, direction, cast = _reflect(scene, cache, surface, point, flux, scratch)
+        stores, short = stores + 1, short + cast
         alive, state = russian_roulette(before, after, state, flux)
         if not alive:
-            return stores, bounce + 1, 0
+            return stores, bounce + 1, 0, short
         origin = surface.point
-    return stores, bounces, 1
+    return stores, bounces, 1, short
 
 
 @kernel
@@ -118,10 +128,10 @@ def trace_photons(scene, cache, key, span, total, bounces, scratch):
     """Trace photons of a span of `total`, in order, and fill `cache.radiosity`.
 
     `scratch` is (3, N) float32. Returns (cache entries, rays cast, photons truncated at
-    `bounces`).
+    `bounces`, short rays cast from crowded cells).
     """
     cache.radiosity[:] = 0.0
-    stores = rays = truncated = 0
+    stores = rays = truncated = short = 0
     flux, rest = scratch[0], scratch[1:]
     position_key, direction_key = (
         streams.split(key, streams.EMIT_POSITION),
@@ -136,4 +146,5 @@ def trace_photons(scene, cache, key, span, total, bounces, scratch):
         stores += counts[0]
         rays += counts[1]
         truncated += counts[2]
-    return stores, rays, truncated
+        short += counts[3]
+    return stores, rays, truncated, short

@@ -279,7 +279,7 @@ def make_scratches(compiled: CompiledScene, bands: int, unbiased: bool = False) 
 def empty_cache(bands: int) -> RadiosityCache:
     """Make a radiosity cache that never answers."""
     none = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros((0, 2), np.float32)
-    cells = CacheCells(*none, np.zeros(0, np.int32), np.zeros(0, np.bool_), 1)
+    cells = CacheCells(*none, np.zeros(0, np.int32), *np.zeros((2, 0), np.bool_), 1)
     return RadiosityCache(cells, np.zeros((0, bands), np.float32))
 
 

@@ -15,8 +15,10 @@ from photonmap.integrators.photon_mapping.cache_cells import (
     find_lit_sides,
     lay_cells,
     measure_exposed,
+    measure_seen_afar,
 )
 from photonmap.kernels.cache import exposed_fraction as exposure
+from photonmap.kernels.cache.exposed_fraction import FAR_POINTS
 from photonmap.kernels.cache.radiosity_cache import cell_at
 from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
@@ -50,7 +52,9 @@ def parts_open(meshes, lights, photons=300.0):
     with Workers(2) as workers:
         setup = setup_of(scene, workers)
         lit_sides = find_lit_sides(setup)
-        return cells, measure_exposed(setup, lit_sides, areas, cells, count)[0][:, 0]
+        return cells, measure_exposed(
+            setup, lit_sides, areas, cells, np.ones(count, bool)
+        ).fraction[:, 0]
 
 
 def true_parts(cells, count):
@@ -68,6 +72,12 @@ def true_parts(cells, count):
         np.add.at(points, found, 1)
         np.add.at(outside, found, ~under)
     return points, outside
+
+
+def cell_of(cells, x, y):
+    """Return the cell on top of the floor at a point of the unit square."""
+    triangle, uv = (0, (x - y, y)) if x > y else (1, (x, y - x))
+    return cell_at(cells, triangle, 0, *uv)
 
 
 SKY, SUN = pm.DomeLight(1.0), pm.DirectionalLight((0.3, 0.2, -1.0), 1.0)
@@ -101,6 +111,31 @@ def test_what_is_under_a_block_is_not_open(around, light, outward):
     assert (part[top][true == 1.0] == 1.0).all()
     # Cells of which nothing is open get no light; none of it is made brighter.
     assert (part[top][true == 0.0] == 1.0).all()
+
+
+def test_crowded_cells_are_exposed_as_far_as_they_are_seen_from_afar():
+    """Beside a block and under it, by rays that a formula intersects with it."""
+    scene = compile_scene(pm.Scene([floor(), block(), room()], [LAMP]), Bands.rgb())
+    areas = triangle_areas(scene.geometry)
+    cells, count = lay_cells(scene.geometry, areas, areas[0] / 50.0)
+    with Workers(2) as workers:
+        setup = setup_of(scene, workers)
+        known = find_lit_sides(setup), areas, cells
+        near = measure_exposed(setup, *known, np.ones(count, bool)).crowded
+        inverse = np.array([measure_seen_afar(setup, i, *known, near) for i in range(2)])
+    seen = (((FAR_POINTS + 1) / inverse - 1) / FAR_POINTS).mean(axis=0)[:, 0]
+    size, rng = 2 * int(cells.divisions[0]) ** 2, np.random.default_rng(3)
+    assert 10 < near[:size].sum() < size - 10
+    width = np.sqrt(0.5) / cells.divisions[0]
+    points, r, turn = rng.random((9_000, 2)), rng.random(9_000), 2.0 * np.pi * rng.random(9_000)
+    ray = np.sqrt(r)[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    with np.errstate(divide="ignore"):
+        sides = np.sort((np.array([[LOW], [HIGH]]) - points[:, None]) / ray[:, None], axis=1)
+    enter, leave = sides[:, 0].max(axis=1), sides[:, 1].min(axis=1)
+    far = (enter > leave) | (leave < 0.0) | (enter > width) | (enter * np.sqrt(1 - r) > 0.4)
+    cell = np.array([cell_of(cells, *point) for point in points])
+    chosen = near[cell]
+    assert seen[:size][near[:size]].mean() == pytest.approx(far[chosen].mean(), abs=0.03)
 
 
 @pytest.mark.parametrize("light", [SKY, LAMP], ids=["sky", "lamp"])

@@ -181,7 +181,7 @@ def test_energy_in_the_store(rho):
     radiosity = np.full((count, 3), np.nan, np.float32)
     n, scratch = 40_000, np.empty((3, 3), np.float32)
     cache = RadiosityCache(cells, radiosity)
-    stores, _, cut = trace_photons(
+    stores, _, cut, _ = trace_photons(
         compiled.arrays, cache, np.uint64(5), Span(0, n), n, 1000, scratch
     )
     area = np.zeros(count)
@@ -196,6 +196,24 @@ def test_energy_in_the_store(rho):
     assert stores >= n
     behind = radiosity[count // 2 :]
     assert (behind == 0).all()
+
+
+def test_crowded_cells_of_a_sphere_keep_what_goes_far():
+    """Of cosine-distributed rays in a sphere of radius 1, w² / 4 end nearer than w."""
+    sphere = trimesh.creation.icosphere(subdivisions=4)
+    wall = pm.Mesh(sphere.vertices, sphere.faces[:, ::-1], pm.Material("wall", 0.5))
+    compiled = compile_scene(pm.Scene([wall], [pm.PointLight((0, 0, 0), (3.0,) * 3)]), Bands.rgb())
+    areas, light = triangle_areas(compiled.geometry), []
+    cells, count = lay_cells(compiled.geometry, areas, areas.sum() / 8)
+    scale = np.linalg.norm(compiled.geometry.vertices, axis=1).max()
+    for crowded in (np.zeros(0, bool), np.ones(count, bool)):
+        cache = RadiosityCache(cells._replace(crowded=crowded), np.empty((count, 3), np.float32))
+        scratch = np.empty((3, 3), np.float32)
+        trace_photons(compiled.arrays, cache, np.uint64(5), Span(0, 20_000), 20_000, 99, scratch)
+        light.append(cache.radiosity[cells.first, 0] * areas[:, None])
+    expected = light[0] * (1.0 - 1.0 / (4.0 * scale**2 * cells.inverse_area))
+    assert 0.4 < expected.sum() / light[0].sum() < 0.95
+    assert light[1].sum() == pytest.approx(expected.sum(), rel=0.02)
 
 
 def test_bundles_join_in_order():

@@ -94,7 +94,8 @@ def test_mean_is_exact_whatever_the_cache_holds(name, monkeypatch):
     run_camera_pass = PhotonIntegrator.run_camera_pass
 
     def of_wrong_cache(self, index, maps):
-        wrong = 2.0 * maps.cache.radiosity[::-1]  # twice the light, of other cells
+        light = maps.cache.radiosity
+        wrong = 2.0 * light + light[::-1]  # twice the light, and that of other cells
         cache = maps.cache._replace(radiosity=wrong)
         return run_camera_pass(self, index, maps._replace(cache=cache))
 

@@ -18,6 +18,7 @@ from photonmap.kernels.cache.exposed_fraction import (
     NEAR,
     TESTED,
     Exposure,
+    Question,
     measure_cells,
     probe_exposure,
 )
@@ -29,10 +30,21 @@ from photonmap.runtime.storage import strips
 
 FINER = 4
 """Cells along the side of one that is divided."""
-NO_CLUTTER = np.zeros(0, np.bool_)
+NONE_CROWDED = np.zeros(0, np.bool_)
 """Of cells that are not looked up, or not measured yet."""
 DIRECTIONS = 4
 """Small triangles share a cell only where their normals fall in the same of 4³ boxes."""
+
+
+class Exposed(NamedTuple):
+    """What was measured of the cells of a layout."""
+
+    fraction: NDArray[np.float32]
+    """(cells, 1) of each that is exposed; 1 where none seems to be"""
+    crowded: NDArray[np.bool_]
+    """(cells,) whether things stand within its width"""
+    cluttered: NDArray[np.bool_]
+    """(cells,) whether many do, and no emitter is seen: that would be noisy"""
 
 
 def lay_cells(
@@ -62,7 +74,9 @@ def lay_cells(
     both = np.stack([first, first + one_side], axis=1).astype(np.int32)
     inverse = np.repeat((1.0 / cell_area).astype(np.float32)[:, None], 2, axis=1)
     undivided = np.full(2 * one_side, -1, np.int32)
-    return CacheCells(both, divisions, inverse, undivided, NO_CLUTTER, 1), 2 * one_side
+    return CacheCells(
+        both, divisions, inverse, undivided, NONE_CROWDED, NONE_CROWDED, 1
+    ), 2 * one_side
 
 
 def divide_cells(cells: CacheCells, chosen: NDArray[np.bool_]) -> tuple[CacheCells, int]:
@@ -88,7 +102,9 @@ def one_cell(triangles: int) -> CacheCells:
     """Lay one cell of area 1 over all triangles, for photons that are only counted."""
     first, inverse = np.zeros((triangles, 2), np.int32), np.ones((triangles, 2), np.float32)
     none = np.zeros(0, np.int32)
-    return CacheCells(first, np.ones(triangles, np.int32), inverse, none, NO_CLUTTER, 1)
+    return CacheCells(
+        first, np.ones(triangles, np.int32), inverse, none, NONE_CROWDED, NONE_CROWDED, 1
+    )
 
 
 LEAST_FILL = 1 / 64
@@ -136,20 +152,11 @@ ENOUGH_BATCHES = 12
 """Of these, how many must reach an object for a decision of its own."""
 LEAST = 1 / 4
 """Exposed fraction of a cell, at least: it bounds by how much a cell is made brighter."""
-CLUTTERED = 1 / 5
-"""Share of rays from a cell that end within its width, above which it is cluttered. Of what they
-would cost and gain, see docs/performance.md."""
+CLUTTERED = 2 / 5
+"""Share of pairs of rays from a cell of which one ends within its width, above which it is
+cluttered."""
 PARTS = 16
 """Parts in which triangles are processed, for any number of threads."""
-
-
-class Exposed(NamedTuple):
-    """What was measured of the cells of a layout."""
-
-    fraction: NDArray[np.float32]
-    """(cells, 1) of each that is exposed; 1 where none seems to be"""
-    cluttered: NDArray[np.bool_]
-    """(cells,) whether things stand near, and no emitter is seen: that would be noisy"""
 
 
 def find_lit_sides(setup: PassSetup) -> NDArray[np.bool_]:
@@ -210,29 +217,63 @@ def measure_exposed(
     lit_sides: NDArray[np.bool_],
     areas: NDArray[np.float64],
     cells: CacheCells,
-    count: int,
+    wanted: NDArray[np.bool_],
 ) -> Exposed:
-    """Return what is exposed of each of `count` cells, and which are cluttered.
+    """Return what is exposed of each of the cells that are `wanted`, (cells,); 1 of the others.
 
-    In a layout with divided cells, only of their parts: 1 and False elsewhere. Sides are those of
-    `find_lit_sides`, (T, 2), and areas, (T,), those of triangles.
+    Sides are those of `find_lit_sides`, (T, 2), and areas, (T,), those of triangles.
     """
+    question = Question(lit_sides, wanted, False)
+    counts = _count_points(setup, question, areas, cells, setup.key(0, Domain.EXPOSURE))
+    fraction = setup.storage.zeros((len(wanted), 1))
+    fraction[:] = 1.0
+    found = counts[:, EXPOSED] > 0
+    np.divide(counts[:, EXPOSED], counts[:, TESTED], out=fraction[:, 0], where=found)
+    near = counts[:, NEAR]
+    cluttered = (near > CLUTTERED * counts[:, TESTED]) & (counts[:, EMITTER] == 0)
+    return Exposed(np.maximum(fraction, LEAST, out=fraction), near > 0, cluttered)
+
+
+def measure_seen_afar(
+    setup: PassSetup,
+    index: int,
+    lit_sides: NDArray[np.bool_],
+    areas: NDArray[np.float64],
+    cells: CacheCells,
+    wanted: NDArray[np.bool_],
+) -> NDArray[np.float32]:
+    """Return the inverse share of cells that is seen from afar.
+
+    (cells, 1): that of rays from a cell which meet what light reaches, and not within its width, as
+    some of pass `index` estimate it; 1 of cells that are not `wanted`. The other arguments are
+    those of `measure_exposed`.
+    """
+    question = Question(lit_sides, wanted, True)
+    counts = _count_points(setup, question, areas, cells, setup.key(index, Domain.SEEN_AFAR))
+    # With k of n rays, this has the right mean, where n / k has not.
+    tested, exposed = counts[:, [TESTED, EXPOSED], None].swapaxes(0, 1) + np.float32(1.0)
+    return tested / exposed
+
+
+def _count_points(
+    setup: PassSetup,
+    question: Question,
+    areas: NDArray[np.float64],
+    cells: CacheCells,
+    key: np.uint64,
+) -> NDArray[np.uint8]:
+    """Return what is counted of the points of cells, (cells, 4)."""
     scene, storage, triangles = setup.compiled.arrays, setup.storage, len(areas)
     exposure = Exposure(
-        storage.zeros((count, 4), np.uint8), storage.zeros((triangles, 2, 4), np.uint8)
+        storage.zeros((len(question.wanted), 4), np.uint8),
+        storage.zeros((triangles, 2, 4), np.uint8),
     )
-    key = setup.key(0, Domain.EXPOSURE)
 
     def probe(part: int) -> None:
         span = Span(part * triangles // PARTS, (part + 1) * triangles // PARTS)
-        probe_exposure(scene, lit_sides, areas, cells, key, span, exposure)
+        probe_exposure(scene, question, areas, cells, key, span, exposure)
 
     setup.workers.map(probe, PARTS)
     shared, counts = cells.divisions == 1, exposure.cells
     np.add.at(counts, cells.first[shared].ravel(), exposure.parts[shared].reshape(-1, 4))
-    fraction = storage.zeros((count, 1))
-    fraction[:] = 1.0
-    found = counts[:, EXPOSED] > 0
-    np.divide(counts[:, EXPOSED], counts[:, TESTED], out=fraction[:, 0], where=found)
-    near = counts[:, NEAR] > CLUTTERED * counts[:, TESTED]
-    return Exposed(np.maximum(fraction, LEAST, out=fraction), near & (counts[:, EMITTER] == 0))
+    return counts

@@ -17,6 +17,7 @@ from photonmap.integrators.photon_mapping.cache_cells import (
     find_lit_sides,
     lay_cells,
     measure_exposed,
+    measure_seen_afar,
     measure_surface_fraction,
 )
 from photonmap.integrators.photon_mapping.pilot import stores_per_photon
@@ -30,8 +31,9 @@ STORES_PER_CELL = 7
 cells are larger where many photons, as those of a sky, miss the scene."""
 MOST_CELLS_PER_PHOTON = 0.3
 """Where surfaces are white, and photons are stored many times."""
-CELLS_HOLD = 8
-"""Passes after which cells begin to shrink; before, noise outweighs their bias."""
+CELLS_HOLD = 9
+"""Passes after which cells begin to shrink; before, noise outweighs their bias. The 18th pass is
+the first that has smaller ones: renders of 16 passes lay them out once."""
 BUNDLE = 32768
 """Photons that fill one copy of the cache."""
 MOST_BUNDLES = 16
@@ -85,11 +87,11 @@ class CacheTracer:
             ),
             bundles,
         )
-        stores, rays, truncated = np.sum(counts, axis=0).tolist()
+        stores, rays, truncated, short = np.sum(counts, axis=0).tolist()
         counters.stores += stores
         counters.truncated += truncated
         counters.photons += total
-        counters.add_rays(photon=rays)
+        counters.add_rays(photon=rays, shadow=short)
         radiosity = setup.storage.zeros((layout.number, setup.bands))
         setup.workers.ranges(
             lambda first, last: sum_bundles(self._bundles, first, last, radiosity),
@@ -97,6 +99,11 @@ class CacheTracer:
             CELL_RANGE,
         )
         radiosity /= layout.fraction
+        if layout.cells.crowded.any():
+            lit = layout.cells.crowded & radiosity.any(axis=1)
+            radiosity *= measure_seen_afar(
+                setup, index, self._lit_sides, self._areas, layout.cells, lit
+            )
         return RadiosityCache(layout.cells, radiosity)
 
     def _layout(self, index: int, wider: int) -> Layout:
@@ -113,18 +120,21 @@ class CacheTracer:
 
     def _measure(self, cells: CacheCells, count: int) -> Layout:
         """Divide the cells that are exposed in part, and measure the exposed surface of all."""
-        part, cluttered = self._measure_exposed(cells, count)
-        cells, count = divide_cells(cells, part[:, 0] < 1.0)
-        if (laid := len(part)) < count:
-            divided = self._measure_exposed(cells, count)
-            part = np.concatenate([part, divided.fraction[laid:] / np.float32(cells.finer**2)])
-            cluttered = np.concatenate([cluttered, divided.cluttered[laid:]])
-        cells = cells._replace(cluttered=cluttered)
+        fraction, crowded, cluttered = self._measure_exposed(cells, np.ones(count, np.bool_))
+        laid, (cells, count) = count, divide_cells(cells, fraction[:, 0] < 1.0)
+        if laid < count:
+            parts = self._measure_exposed(cells, np.arange(count) >= laid)
+            fraction = np.concatenate([fraction, parts.fraction[laid:]])
+            crowded = np.concatenate([crowded, parts.crowded[laid:]])
+            cluttered = np.concatenate([cluttered, parts.cluttered[laid:]])
+        cells = cells._replace(crowded=crowded, cluttered=cluttered)
+        fraction[crowded] = 1.0  # What is seen from afar of them is measured in each pass.
+        fraction[laid:] /= np.float32(cells.finer**2)
         surface = measure_surface_fraction(self._setup.scene(0).geometry, self._areas, cells, count)
-        return Layout(cells, count, part if surface is None else part * surface)
+        return Layout(cells, count, fraction if surface is None else fraction * surface)
 
-    def _measure_exposed(self, cells: CacheCells, count: int) -> Exposed:
-        return measure_exposed(self._setup, self._lit_sides, self._areas, cells, count)
+    def _measure_exposed(self, cells: CacheCells, wanted: NDArray[np.bool_]) -> Exposed:
+        return measure_exposed(self._setup, self._lit_sides, self._areas, cells, wanted)
 
     @cached_property
     def _lit_sides(self) -> NDArray[np.bool_]:

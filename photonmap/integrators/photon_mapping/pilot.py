@@ -58,5 +58,5 @@ def count_photons(
     cells = one_cell(len(scene.geometry.triangles))
     cache = RadiosityCache(cells, np.empty((1, bands), np.float32))
     span, scratch = Span(0, photons), np.empty((3, bands), np.float32)
-    stores, _, truncated = trace_photons(scene, cache, key, span, photons, bounces, scratch)
+    stores, _, truncated, _ = trace_photons(scene, cache, key, span, photons, bounces, scratch)
     return float(stores / photons), truncated / photons
