@@ -165,8 +165,8 @@ class Options:
         group="sampling", decides=True,
     )  # fmt: skip
     pass_samples: float | None = option(
-        None, "samples of a pass, as a fraction of the usual: 1, 0.5 or 0.25",
-        default_text="1; 0.5 where a loose error is the goal, if that meets it sooner",
+        None, "samples of a pass, as a fraction of the usual: 1, 0.5, 0.25 or 0.125",
+        default_text="1; less where a loose error is the goal, if that meets it sooner",
         group="sampling", metavar="F", read=float, check=check_pass_samples,
     )  # fmt: skip
     buffers: str | Iterable[str] | None = option(

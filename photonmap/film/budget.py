@@ -99,7 +99,7 @@ MOST_PASSES = (1 << 32) - 1
 LEAST_PHOTONS = 1 << 14
 ENOUGH_PHOTONS = 1 << 17
 """In a pass, unless a user says otherwise."""
-PASS_SAMPLES = (0.25, 0.5, 1.0)
+PASS_SAMPLES = (0.125, 0.25, 0.5, 1.0)
 """Samples of a pass, as fractions of the usual."""
 CEILING = 3600.0
 """Seconds after which a render that aims at an error stops anyway, unless a user says others."""
@@ -108,7 +108,7 @@ CEILING = 3600.0
 def check_pass_samples(fraction: float) -> float:
     """Return a fraction of the usual samples, one of `PASS_SAMPLES`; `InputError` for another."""
     if fraction not in PASS_SAMPLES:
-        raise InputError(f"pass samples {shown(fraction)} must be 0.25, 0.5 or 1")
+        raise InputError(f"pass samples {shown(fraction)} must be 0.125, 0.25, 0.5 or 1")
     return float(fraction)
 
 

@@ -66,7 +66,7 @@ class SharingRadii:
         self._nearness, self._radii = (setup.storage.zeros(setup.pixels) for _ in range(2))
 
     def of_pass(self, index: int) -> NDArray[np.float32]:
-        """Return the radii in pass `index`, (P,), in space; the next call overwrites them."""
+        """Return the radii in full pass `index`, (P,), in space; the next call overwrites them."""
         return self.by(min(AROUND << max(index.bit_length() - 1, 0), MOST_AROUND))
 
     def by(self, rays: int) -> NDArray[np.float32]:

@@ -8,8 +8,15 @@ from helpers.comparisons import assert_within
 from helpers.marks import slow
 
 import photonmap as pm
-from photonmap.film.budget import LEAST_PASSES, PASS_SAMPLES, Goal
-from photonmap.integrators.adaptive_sampling import LOOSE, choose_size, first_size, resize
+from photonmap.film.budget import LEAST_PASSES, LEAST_PHOTONS, PASS_SAMPLES, Goal
+from photonmap.integrators.adaptive_sampling import (
+    LOOSE,
+    MOST_LIGHTS,
+    choose_size,
+    first_size,
+    resize,
+)
+from photonmap.integrators.sampling_plan import SAMPLES
 from photonmap.kernels.core.passes import SamplingPlan
 
 OPTIONS = {"bands": "rgb", "size": (48, 48)}
@@ -22,16 +29,17 @@ def full(cornell):
 
 @pytest.fixture(scope="module")
 def loose(cornell):
-    return pm.render(cornell, **OPTIONS, error=0.08, seed=2)
+    return pm.render(cornell, **OPTIONS, error=0.2, seed=5)
 
 
 def test_a_loose_error_takes_less_work(full, loose):
     assert full.record["error"] < 0.05
     assert full.record["pass_samples"] == 1.0
-    assert loose.record["error"] < 0.08
+    assert loose.record["error"] < 0.2
     assert loose.record["passes"] == LEAST_PASSES
-    assert loose.record["pass_samples"] == 0.5
-    assert loose.record["rays"] < 0.7 * full.record["rays"]
+    assert loose.record["pass_samples"] == 0.125
+    assert loose.record["photons"] == LEAST_PASSES * LEAST_PHOTONS
+    assert loose.record["rays"] < 0.5 * full.record["rays"]
 
 
 def test_the_image_stays_the_same(full, loose):
@@ -44,7 +52,7 @@ def test_the_image_stays_the_same(full, loose):
 
 def test_passes_repeat_an_error(cornell, loose):
     """The first passes are kept where their size stays."""
-    again = pm.render(cornell, **OPTIONS, passes=LEAST_PASSES, pass_samples=0.5, seed=2)
+    again = pm.render(cornell, **OPTIONS, passes=LEAST_PASSES, pass_samples=0.125, seed=5)
     for name, image in loose.buffers.items():
         np.testing.assert_array_equal(again.buffers[name], image)
 
@@ -77,9 +85,9 @@ def test_a_resumed_render_keeps_its_size(cornell, tmp_path, error):
 
 
 def test_the_cheapest_size_is_chosen():
-    assert choose_size(0.5 * LEAST_PASSES) == choose_size(LEAST_PASSES) == 0.5
-    assert choose_size(2.0 * LEAST_PASSES) == choose_size(math.inf) == 1.0
-    assert first_size(Goal(LOOSE)) == 0.5
+    needed = dict(zip((LEAST_PASSES, 15, 40, 80, math.inf), (*PASS_SAMPLES, 1.0), strict=True))
+    assert {passes: choose_size(passes) for passes in needed} == needed
+    assert first_size(Goal(LOOSE)) == 0.125
     assert first_size(Goal(0.9 * LOOSE)) == first_size(None) == 1.0
 
 
@@ -90,11 +98,13 @@ def test_as_many_rays_as_the_size_says(size):
     plan = resize(SamplingPlan(*counts, np.zeros(4, np.float32)), size)
     rays = plan.samples.astype(int) * [plan.lights, plan.gathers]
     assert (plan.samples >= 1).all()
-    np.testing.assert_array_equal(plan.samples, np.maximum(counts[0] * size, 1))
+    is_uneven = (counts[0] > SAMPLES) | (counts[0] * size * counts[1] > MOST_LIGHTS)
+    least = np.where(is_uneven, counts[0] * max(size, 0.5), counts[0] * size)
+    np.testing.assert_array_equal(plan.samples, np.maximum(least, 1))
     wanted = np.maximum(np.ceil(counts[0] * size * counts[1:]), counts[1:] > 0)
     np.testing.assert_array_equal(rays, wanted)
 
 
 def test_a_size_that_there_is_not(cornell):
-    with pytest.raises(pm.InputError, match=r"pass samples 0\.3 must be 0\.25, 0\.5 or 1"):
+    with pytest.raises(pm.InputError, match=r"pass samples 0\.3 must be 0\.125, 0\.25, 0\.5 or 1"):
         pm.render(cornell, **OPTIONS, passes=1, pass_samples=0.3)

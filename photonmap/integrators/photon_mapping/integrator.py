@@ -11,13 +11,14 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from photonmap.film.bias import footprint_width
 from photonmap.film.replicates import replicate_place, replicate_size
-from photonmap.integrators.adaptive_sampling import resize, scale_plan
+from photonmap.integrators.adaptive_sampling import photons_of, resize, scale_plan
 from photonmap.integrators.base import (
     Counters,
     PassSetup,
@@ -26,7 +27,7 @@ from photonmap.integrators.base import (
     leave_out,
 )
 from photonmap.integrators.photon_mapping.caustics import connect, no_caustics
-from photonmap.integrators.photon_mapping.photon_tracer import tracer_of
+from photonmap.integrators.photon_mapping.photon_tracer import PhotonTracer, tracer_of
 from photonmap.integrators.sampling_plan import (
     FOOTPRINT_PIXELS,
     FOOTPRINT_TURN,
@@ -59,7 +60,7 @@ class PhotonIntegrator:
     def __init__(self, setup: PassSetup) -> None:
         self._setup = setup
         self._specular = setup.compiled.specular is not None
-        self._tracer = tracer_of(setup)
+        self._size = 1.0
         self._estimate = empty_estimate(setup)
         self._shared = setup.storage.zeros((setup.pixels, setup.bands))
         self.counters = Counters()
@@ -130,7 +131,7 @@ class PhotonIntegrator:
         """Share indirect irradiance between neighbouring pixels of one surface."""
         scale, pixels = footprint_width(index) * 2.0**wider, estimate.pixels
         with self._setting_up():
-            radius = self._radii.of_pass(index)
+            radius = self._radii.of_pass(int(index * self._size))
         footprint = Footprint(
             pixels.plane, radius, scale, FOOTPRINT_PIXELS * scale, FOOTPRINT_TURN * scale
         )
@@ -160,7 +161,9 @@ class PhotonIntegrator:
         return centre
 
     def resize_passes(self, size: float) -> None:
-        """Take this fraction of the usual samples from now on."""
+        """Take this fraction of the usual samples from now on, and photons to match."""
+        self._size = size
+        vars(self).pop("_tracer", None)
         with self._setting_up():
             self.plan = resize(self._usual_plan, size)
 
@@ -168,6 +171,11 @@ class PhotonIntegrator:
     def plan(self) -> SamplingPlan:
         """How many samples each pixel gets before they are scaled."""
         return self._usual_plan
+
+    @cached_property
+    def _tracer(self) -> PhotonTracer:
+        setup = self._setup
+        return tracer_of(replace(setup, photons=photons_of(setup.photons, self._size)))
 
     @cached_property
     def _radii(self) -> SharingRadii:

@@ -34,7 +34,7 @@ def tracer_of(setup: PassSetup) -> PhotonTracer:
     shared = setup.shared
     if shared is None:
         return PhotonTracer(setup)
-    key = setup.light, can_connect(setup.view)
+    key = setup.light, setup.photons, can_connect(setup.view)
     return shared.once(key, lambda: PhotonTracer(replace(setup, shared=None), shared.make_room()))
 
 
