@@ -274,6 +274,6 @@ def _count_points(
         probe_exposure(scene, question, areas, cells, key, span, exposure)
 
     setup.workers.map(probe, PARTS)
-    shared, counts = cells.divisions == 1, exposure.cells
-    np.add.at(counts, cells.first[shared].ravel(), exposure.parts[shared].reshape(-1, 4))
-    return counts
+    shared = np.nonzero(exposure.parts[..., TESTED])
+    np.add.at(exposure.cells, cells.first[shared], exposure.parts[shared])
+    return exposure.cells
