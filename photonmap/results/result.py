@@ -228,6 +228,36 @@ class Result(Plots):
             return blocks._replace(value=nothing, error=nothing)
         return blocks
 
+    def interval(self, name: str, level: float = 0.95) -> tuple[Image, Image]:
+        """Return the bounds of a buffer, within which the truth lies with probability `level`.
+
+        Lower and upper, of its shape, unit and type. They are sqrt(standard error² + b²) times
+        Student's t apart from it, where b is the root mean square over the image of `bias`: of
+        direct light, emission and reflectance none; of shading that of radiance by reflectance.
+
+        Raises
+        ------
+        InputError : there is no standard error, or the bias is unknown, saying why; or the level is
+            not between 0 and 1
+        """
+        from scipy import stats
+
+        if not (isinstance(level, float) and 0.0 < level < 1.0):
+            raise InputError(f"level {shown(level)} is no probability; give one as in 0.95")
+        error, bias = self.standard_error(name).astype(np.float64), 0.0
+        base, _ = split_name(name)
+        unbiased = self.record.get("bias_blocks") is None and self.record.get("bias") == 0.0
+        if base not in ("direct", "emission", "reflectance") and not unbiased:
+            blocks = self.bias("radiance").value
+            bias = float(np.sqrt(np.mean(blocks[blocks != 0.0] ** 2))) if blocks.any() else 0.0
+        if base == "shading":
+            bias = bias / np.maximum(self.reflectance, 1e-6)
+        passes = np.asarray(self.buffers.get("passes", self.record.get("passes", 2)))
+        freedom = np.maximum(np.clip(passes - 1, 1, 15), passes / 8 - 1)  # see `standard_error`
+        apart = np.hypot(error, bias) * stats.t.ppf(0.5 + level / 2.0, freedom)[..., None]
+        value = self.buffers[name]
+        return (value - apart).astype(np.float32), (value + apart).astype(np.float32)
+
     def select(self, names: str | Iterable[str]) -> Result:
         """Return a `Result` of these buffers and their errors, which share their memory.
 

@@ -61,6 +61,14 @@ def test_blocks_say_where_the_bias_is(cornell):
     assert whole == pytest.approx(run.record["bias"], rel=0.01)
     np.testing.assert_array_equal(run.bias("radiance").value, blocks.value)
     assert not run.bias("direct").value.any()
+    rms = np.sqrt(np.mean(blocks.value.astype(float) ** 2))
+    for name, bias in (("radiance", rms), ("direct", 0.0), ("shading", rms / run.reflectance)):
+        low, high = run.interval(name)
+        apart = 2.1314 * np.hypot(run.standard_error(name), bias)  # Student's t of 15
+        np.testing.assert_allclose(high - low, 2.0 * apart, rtol=1e-4, atol=1e-6)
+        np.testing.assert_allclose((low + high) / 2.0, run.buffers[name], rtol=1e-4, atol=1e-6)
+    with pytest.raises(ValueError, match="level 95 is no probability"):
+        run.interval("radiance", 95)
     with pytest.raises(ValueError, match="indirect"):
         run.bias("shading")
 
