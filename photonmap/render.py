@@ -10,7 +10,7 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -23,7 +23,11 @@ from numpy.typing import NDArray
 from photonmap.buffers import DEFAULT, Omission, in_order, kept_in
 from photonmap.compile.effects import EffectPlan, leave_out, plan_effects
 from photonmap.compile.lights.probabilities import downweight_hidden
-from photonmap.compile.scene_arrays import CompiledScene, compile_scene, describe_run
+from photonmap.compile.scene_arrays import (
+    CompiledScene,
+    compile_scene,
+    describe_run,
+)
 from photonmap.compile.spectral_columns import (
     SpectralColumns,
     carry,
@@ -33,6 +37,7 @@ from photonmap.compile.spectral_columns import (
 from photonmap.errors import listening
 from photonmap.film.bias import BiasProbe
 from photonmap.film.budget import refuse_omitted
+from photonmap.film.illuminations import IlluminationMoments, IlluminationProbes, Mix
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
 from photonmap.integrators.base import Integrator, PassSetup, stream_key
@@ -147,41 +152,62 @@ def render_scene(
 ) -> Result:
     """Render a scene; `announce` and what is `shared` are as of `render_file`."""
     settings, clock = Settings.of(options), Clock()
-    shown = settings.progress if options.progress is True else Silent()
     work = shared if isinstance(shared, SharedWork) else None
     pool = Workers(settings.threads) if work is None else nullcontext(work.workers)
-    with listening() as messages, pool as workers, closing(shown):
+    with listening() as messages, pool as workers, closing(shown_progress(options, settings)):
         plan = compile_and_plan(scene, settings, shared)
         clock.lap("load")
         if announce is not None:
             announce(scene, plan)
-        known = is_compiled(plan.scene, settings.integrator)
-        settings.progress.stage("compile" if known else "first compile")
-        if not known:
-            compile_kernels(plan.scene, settings.bands, workers, settings.integrator)
-        clock.lap("compile")
-        settings.progress.stage("render")
+        load_kernels(plan, settings, clock, workers)
         run = start_run(plan, settings, workers, work)
-        # Passes until the budget is spent: photons → radiosity cache → camera pass → irradiance
-        # sharing → moments → stop?
-        with workers.holding_interrupts():
-            run.loop.run(_watched(scene, run))
-        warn_of_truncated_paths(run.integrator, run.moments.whole)
-        run.loop.warn_of_missed_goal()
-        passes = describe_passes(run)
-        images = assemble_images(run)
-        clock.lap("render")
+        take_passes(scene, run)
+        return as_result(scene, run, clock, messages)
+
+
+def shown_progress(options: Options, settings: Settings) -> Any:
+    """Return the progress that is to be closed after a render."""
+    return settings.progress if options.progress is True else Silent()
+
+
+def load_kernels(plan: RenderPlan, settings: Settings, clock: Clock, workers: Workers) -> None:
+    """Compile the kernels that a scene needs, if they are not known."""
+    known = is_compiled(plan.scene, settings.integrator)
+    settings.progress.stage("compile" if known else "first compile")
+    if not known:
+        compile_kernels(plan.scene, settings.bands, workers, settings.integrator)
+    clock.lap("compile")
+
+
+def take_passes(scene: Scene, run: Run) -> None:
+    """Take passes until the budget is spent.
+
+    Photons → radiosity cache → camera pass → irradiance sharing → moments → stop?
+    """
+    run.settings.progress.stage("render")
+    with run.workers.holding_interrupts():
+        run.loop.run(_watched(scene, run))
+    warn_of_truncated_paths(run.integrator, run.moments.whole)
+    run.loop.warn_of_missed_goal()
+
+
+def as_result(scene: Scene, run: Run, clock: Clock, messages: list[str]) -> Result:
+    """Return what passes have given, with the run record."""
+    passes = describe_passes(run)
+    images = assemble_images(run)
+    clock.lap("render")
     photons = run.integrator.counters.photon_seconds
     saving = run.loop.saving if run.loop.saves else None
     record = {
         **describe_plan(scene, run),
-        "effects": plan.effects.describe(run.integrator.effect_seconds),
+        "effects": run.plan.effects.describe(run.integrator.effect_seconds),
         **passes,
         "unresolved": int(images.unresolved.sum()),
         "seconds": describe_seconds(clock.seconds, run.loop.earlier, photons, saving),
         "warnings": messages,
     }
-    return Result(images.buffers, images.errors, settings.bands, record, images.block_errors)
+    bands = run.settings.bands
+    return Result(images.buffers, images.errors, bands, record, images.block_errors)
 
 
 def render_file(
@@ -241,6 +267,8 @@ class RenderPlan:
 
 
 Announce = Callable[[Scene, RenderPlan], None]
+Sums = tuple[LightGroups, BiasProbe]
+"""What passes add up to"""
 
 
 @dataclass(frozen=True)
@@ -255,6 +283,7 @@ class Run:
     integrator : runs passes
     moments : what the passes add up to
     loop : takes passes into the moments until the budget is spent
+    parts : moments and probes of each illumination
     """
 
     plan: RenderPlan
@@ -264,6 +293,13 @@ class Run:
     integrator: Integrator
     moments: LightGroups
     loop: RenderLoop
+    parts: Sequence[Sums]
+
+    def of_part(self, number: int, plan: RenderPlan) -> Run:
+        """Return the run that took the same passes under one of the illuminations alone."""
+        moments, probe = self.parts[number]
+        loop = self.loop.of_part(moments, probe)
+        return replace(self, plan=plan, hidden_lights=[], moments=moments, loop=loop)
 
 
 @dataclass(frozen=True)
@@ -283,11 +319,12 @@ class Images:
 
 
 def compile_and_plan(
-    scene: Scene, settings: Settings, shared: SharedScene | None = None
+    scene: Scene, settings: Settings, shared: SharedScene | None = None, illuminations: int = 0
 ) -> RenderPlan:
     """Compile a scene into arrays, and decide on effects, spectral columns and storage.
 
-    The arrays of a scene that was compiled for another view are `shared`.
+    The arrays of a scene that was compiled for another view are `shared`. If it stands for several
+    illuminations, their number decides on memory, and no bands are merged, as they differ.
 
     Raises
     ------
@@ -305,14 +342,15 @@ def compile_and_plan(
     fingerprint = describe_run(compiled, bands, film, settings.deciding)
     effects = plan_effects(compiled, settings.effects, count_distinct(compiled), bands.count)
     simulated = leave_out(compiled, effects)
-    columns = choose_columns(simulated, effects.on("band_merging"), settings.per_light)
+    merges = effects.on("band_merging") and not illuminations
+    columns = choose_columns(simulated, merges, settings.per_light)
     pass_scene = carry(simulated, columns)
     has_specular = simulated.specular is not None and simulated.specular.kind.any()
     has_specular = bool(has_specular or simulated.is_thin.any())
     kept = settings.buffers or kept_in(effects.on("glossy"), has_specular)
     work = replace(
         least,
-        bands=columns.count + settings.per_light * columns.distinct,
+        bands=max(illuminations, 1) * (columns.count + settings.per_light * columns.distinct),
         specular=pass_scene.has_residual,
         fluorescent=pass_scene.fluorescence is not None,
         per_light=settings.per_light,
@@ -335,11 +373,16 @@ def compile_and_plan(
 
 
 def start_run(
-    plan: RenderPlan, settings: Settings, workers: Workers, shared: SharedWork | None = None
+    plan: RenderPlan,
+    settings: Settings,
+    workers: Workers,
+    shared: SharedWork | None = None,
+    mixes: Sequence[Mix] = (),
 ) -> Run:
     """Prepare the passes, their moments and the loop over them, from the checkpoint if resumed.
 
     Lights that seem hidden are rarely sampled. Photons are `shared` by views that need the same.
+    There are moments for each of the illuminations that are mixed, if there are any.
 
     Raises
     ------
@@ -366,23 +409,48 @@ def start_run(
         ),
     )
     adapts = settings.adaptive and integrator.adapts
-    has_fluorescence = plan.pass_scene.fluorescence is not None
-    has_residual = plan.pass_scene.has_residual
-    moments = LightGroups(
-        columns, film, workers, has_residual, storage, has_fluorescence, integrator.adapts
-    )
+    parts = [
+        _make_sums(plan, settings, workers, integrator, each)
+        for each in [mix.columns for mix in mixes] or [columns]
+    ]
+    moments, probe = _as_one(integrator, parts, mixes) if mixes else parts[0]
     file = settings.checkpoint
     loop = RenderLoop(
         integrator,
         moments,
         settings.budget,
-        BiasProbe(integrator, film, columns, settings.unbiased),
+        probe,
         AdaptiveSampling(film, columns, storage) if adapts else None,
         settings.pass_samples,
         None if file is None else Checkpoint(file, plan.fingerprint),
         settings.resume,
     )
-    return Run(plan, settings, workers, hidden, integrator, moments, loop)
+    return Run(plan, settings, workers, hidden, integrator, moments, loop, parts)
+
+
+def _make_sums(
+    plan: RenderPlan,
+    settings: Settings,
+    workers: Workers,
+    integrator: Integrator,
+    columns: SpectralColumns,
+) -> Sums:
+    moments = LightGroups(
+        columns,
+        settings.film,
+        workers,
+        plan.pass_scene.has_residual,
+        plan.storage,
+        plan.pass_scene.fluorescence is not None,
+        integrator.adapts,
+    )
+    return moments, BiasProbe(integrator, settings.film, columns, settings.unbiased)
+
+
+def _as_one(integrator: Integrator, parts: Sequence[Sums], mixes: Sequence[Mix]) -> Any:
+    """Return moments and probe of all illuminations, as the render loop takes them."""
+    moments = IlluminationMoments([moments for moments, _ in parts], mixes)
+    return moments, IlluminationProbes(integrator, [probe for _, probe in parts], moments)
 
 
 def _describe_light(plan: RenderPlan, hidden: list[str]) -> Hashable:

@@ -14,6 +14,7 @@ LAYERS = [
     {"commands"},
     {"evaluate"},
     {"dataset", "inspection", "study", "sensors", "viewer"},
+    {"render_illuminations"},
     {"capture", "render", "report"},
     {"settings"},
     {"results"},

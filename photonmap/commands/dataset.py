@@ -39,6 +39,7 @@ _USUAL: dict[str, Any] = {
     "full": False,
     "buffers": None,
     "rgb": REC2020,
+    "own_noise": False,
 }
 """Values of options that neither the command nor a resumed data set gives; None means not given."""
 
@@ -59,6 +60,10 @@ _SCENES: list[shared.Row] = [
      {"read": read_list,
       "default_text": "the preset's, or white,colored,two_planckian,two_mixed"}),
     *shared.MEASURED_SETS,
+    ("own_noise", None,
+     "render each image by itself, with noise of its own; otherwise, images of a view that differ "
+     "in the spectra of lights alone are rendered together, and share their noise",
+     {"default": False}),
 ]  # fmt: skip
 """Which scenes are rendered, how they look, and what lights them."""
 _FILES: list[shared.Row] = [
@@ -136,7 +141,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     shared.add_options(parser, DATASET, **changes)
     for title, rows in {"files": _FILES, "work": _WORK, **_FINISHED}.items():
         shared.add_group(parser, title, rows)
-    parser.set_defaults(full=None)
+    parser.set_defaults(full=None, own_noise=None)
     shared.add_quiet(parser)
 
 
@@ -257,6 +262,7 @@ def _plan(
         for name in ("materials", "lightness", "scale")
     }
     given |= looks | {"bands": str(options.bands), "rgb": options.rgb, "identity": identity}
+    given["own_noise"] = options.own_noise
     given |= {name: str(Path(path).resolve()) if path else None for name, path in sets}
     chosen = CommonSettings(**given, recolor=preset.recolor)
     common = describe_inputs(chosen.with_curves(lambda _, path: str(path.resolve())))

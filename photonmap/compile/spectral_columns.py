@@ -70,13 +70,13 @@ def split_pixels(columns: SpectralColumns, pixels: Pixels, group: int | None = N
         return columns.whole(image) if group is None else columns.of_group(image, group)
 
     return pixels._replace(
-        **{name: take(getattr(pixels, name)) for name in _LIGHT},
+        **{name: take(getattr(pixels, name)) for name in LIGHT},
         reflectance=columns.of_group(pixels.reflectance, 0),
     )
 
 
 _RADIANCES = names_where(quantity="radiance")
-_LIGHT = tuple(name for name in Pixels._fields if name.removeprefix("irradiance_") in _RADIANCES)
+LIGHT = tuple(name for name in Pixels._fields if name.removeprefix("irradiance_") in _RADIANCES)
 """The arrays of a pass that are split by light group."""
 
 

@@ -138,13 +138,20 @@ class BiasProbe:
 
     def probe(self, index: int, estimate: Estimate, moments: Accumulator) -> None:
         """Repeat pass `index`, which gave `estimate`, if it is one to be probed."""
-        if not is_repeated(index) or not self._integrator.has_supports:
-            return
-        valid = moments.valid(lit=self._integrator.stores_photons)
-        narrow = self._indirect(estimate, valid)
-        wide = self._indirect(self._integrator.estimate(index, wider=1), valid)
+        if self.repeats(index):
+            narrow = self.indirect(estimate, moments)
+            wide = self.indirect(self._integrator.estimate(index, wider=1), moments)
+            self.take_in(index, wide - narrow, moments)
+
+    def repeats(self, index: int) -> bool:
+        """Return whether pass `index` is to be probed."""
+        return is_repeated(index) and self._integrator.has_supports
+
+    def take_in(self, index: int, difference: NDArray[np.float64], moments: Accumulator) -> None:
+        """Take in by how much wider supports change `indirect` in pass `index`."""
         half = _half(index)
-        self.differences[half] += wide - narrow
+        self.differences[half] += difference
+        valid = moments.valid(lit=self._integrator.stores_photons)
         if half == 1 and valid.any():
             probed = [earlier for earlier in range(index + 1) if is_repeated(earlier)]
             self.stated[0] = self._estimate(moments, valid, len(probed) // 2)
@@ -190,8 +197,9 @@ class BiasProbe:
         mean = np.average(mean, weights=self._columns.weights)
         return OF_DIFFERENCE * math.sqrt(max(float(mean), 0.0))
 
-    def _indirect(self, estimate: Estimate, valid: NDArray[np.bool_]) -> NDArray[np.float64]:
-        via = estimate.via_specular
+    def indirect(self, estimate: Estimate, moments: Accumulator) -> NDArray[np.float64]:
+        """Return the indirect light of valid pixels, summed over blocks, (B, N)."""
+        via, valid = estimate.via_specular, moments.valid(lit=self._integrator.stores_photons)
 
         def light(part: slice) -> NDArray[np.float32]:
             some = estimate.pixels.indirect[part]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from copy import copy
 from dataclasses import asdict
 from typing import Any
 
@@ -63,6 +64,12 @@ class RenderLoop:
             integrator.resize_passes(self.pass_samples)
         self._counters = asdict(integrator.counters)
         self._forecast = Forecast(budget, self.resumed, self.earlier, integrator.shares)
+
+    def of_part(self, moments: LightGroups, probe: BiasProbe) -> RenderLoop:
+        """Return the loop that took the same passes into these moments and this probe alone."""
+        loop = copy(self)
+        loop._moments, loop._probe = moments, probe
+        return loop
 
     @property
     def _arrays(self) -> dict[str, Any]:

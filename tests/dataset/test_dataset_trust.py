@@ -270,7 +270,7 @@ BELIEVED = {"seconds", "cpu_seconds", "preset"}
 COMMON = [("common", name) for name in ("lightness", "scale")]
 LATER = {
     *COMMON, *(("job", *place) for place in COMMON), ("job", "shares"), ("job", "spectra"),
-    ("split",), ("rgb", "negative"), ("buffers",), ("choices",), ("left_out",),
+    ("split",), ("together",), ("rgb", "negative"), ("buffers",), ("choices",), ("left_out",),
 }  # fmt: skip
 """Keys that earlier sets lack; here, their defaults are the values."""
 

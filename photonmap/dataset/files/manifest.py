@@ -106,12 +106,13 @@ def describe_differences(pairs: Pairs) -> str:
 
 def _common(there: dict[str, Any], here: dict[str, Any]) -> Pairs:
     """Return the settings of all images by option, but for files that `inputs` tells apart."""
+    there = {"own_noise": True, **there}
     pairs = {name: (there.get(name), here[name]) for name in here if name not in _NOT_COMPARED}
     if here.get("identity"):
         for name in CURVES:
             if all(map(table_of, pairs[name])):
                 del pairs[name]
-    return {f"--{name}": pair for name, pair in pairs.items()}
+    return {f"--{name.replace('_', '-')}": pair for name, pair in pairs.items()}
 
 
 def _sensor(head: Head) -> dict[str, Any] | None:
@@ -176,6 +177,7 @@ def read_options(folder: Path) -> dict[str, Any]:
     for role in CURVES:
         keep = partial(_kept, folder, role)
         common[role] = with_table(common[role] or "", keep) or None
+    common["own_noise"] = head["common"].get("own_noise", True)
     files = {"format": head["formats"], "full": head.get("full"), "buffers": head.get("buffers")}
     options = {"preset": head["preset"], **common, **files, **head.get("choices", {})}
     return {name: value for name, value in options.items() if value is not None}

@@ -84,9 +84,10 @@ _COMMON = {
     "size": _SIZE, "bands": TEXT, "error": TEXT, "pixel": TEXT, "rgb": TEXT, "materials": TEXT,
     "lightness": Later(Maybe(_NUMBER)), "scale": Later(_NUMBER), "recolor": FLAG,
     "munsell": Maybe(TEXT), "illuminants": Maybe(TEXT), "inputs": TEXT,
-    "identity": Later(one_of("content", "text")),
+    "identity": Later(one_of("content", "text")), "own_noise": Later(FLAG),
 }  # fmt: skip
 _VIEW = {"name": TEXT, "yaw": _NUMBER, "pitch": _NUMBER, "distance": number(1e-300)}
+_LIGHT = {"illumination": TEXT, "colors": _NAMES, "shares": [_SHARE, ...], "spectra": _NAMES}
 _JOB = {
     "scene": TEXT, "seed": whole(), "illumination": TEXT, "colors": _NAMES, "view": _VIEW,
     "common": _COMMON, "content": TEXT, "shares": Later([_SHARE, ...]),
@@ -94,7 +95,7 @@ _JOB = {
 }  # fmt: skip
 ENTRY_KINDS = {
     "name": TEXT, "job": _JOB, "geometry": TEXT, "split": Later(one_of(*PARTS)),
-    "render_seed": whole(),
+    "render_seed": whole(), "together": Later(Maybe([_LIGHT, ...])),
     "lights": Table(_BANDS), "objects": _NAMES, "materials": _NAMES, "reflectances": Table(_BANDS),
     "camera": {"kind": TEXT},
     "size": _SIZE, "bands": whole(1), "passes": whole(1), "pass_samples": number(0.0),

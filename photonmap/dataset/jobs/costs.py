@@ -14,7 +14,7 @@ from typing import Any
 
 from photonmap.dataset.jobs.job_scene import KEPT, make_scene
 from photonmap.dataset.jobs.plan import Job
-from photonmap.dataset.jobs.render_image import Task, render_image
+from photonmap.dataset.jobs.render_image import Task, by_image, grouped, render_image
 from photonmap.errors import InputError
 from photonmap.film.budget import LEAST_PHOTONS, usual_photons
 from photonmap.report.tables import aligned
@@ -55,12 +55,13 @@ class Agenda(Iterator[Task]):
         self._first, self._waiting = deque[Task](), dict[str, deque[Task]]()
         seen = {*self._known}
         for task in tasks:
-            is_new = kind_of(task.job) not in seen
-            seen.add(kind_of(task.job))
+            kinds = set(map(kind_of, task.jobs))
+            is_new = not kinds <= seen
+            seen |= kinds
             part = self._waiting.setdefault(task.job.geometry, deque())
             (self._first if is_new else part).append(task)
         self._waiting = {scene: part for scene, part in self._waiting.items() if part}
-        self._running: dict[str, Kind] = {}
+        self._running: dict[str, Task] = {}
         self._current: str | None = None
         self._begun, self._busy, self._cpu = time.monotonic(), 0.0, 0.0
 
@@ -79,24 +80,26 @@ class Agenda(Iterator[Task]):
                 del self._waiting[self._current]
         else:
             raise StopIteration
-        self._running[task.job.name] = kind_of(task.job)
+        self._running[task.job.name] = task
         return task
 
     def learn(self, task: Task, result: dict[str, Any] | str) -> None:
-        """Take note of the entry of an image, or of why there is none."""
-        kind = self._running.pop(task.job.name)
-        if isinstance(result, dict):
-            self._known[kind].append(seconds_of(result))
-            self._busy += sum(result["seconds"].values())
-            self._cpu += result["cpu_seconds"]
+        """Take note of what came of a task: the entries of images, or why there are none."""
+        del self._running[task.job.name]
+        results = by_image(task, result)
+        for job in task.jobs:
+            entry = results[job.name]
+            if isinstance(entry, dict):
+                self._known[kind_of(job)].append(seconds_of(entry))
+                self._busy += sum(entry["seconds"].values())
+                self._cpu += entry["cpu_seconds"]
 
     @property
     def seconds_left(self) -> float:
         """Seconds that the rest would take if its images were rendered one by one."""
-        waiting = chain(self._first, *self._waiting.values())
-        kinds = Counter(kind_of(task.job) for task in waiting)
-        left = sum(count * self._expected(kind) for kind, count in kinds.items())
-        return left + sum(map(self._expected, self._running.values()))
+        left = chain(self._first, *self._waiting.values(), self._running.values())
+        kinds = Counter(kind_of(job) for task in left for job in task.jobs)
+        return sum(count * self._expected(kind) for kind, count in kinds.items())
 
     def describe(self) -> str:
         """Return what this run has cost so far, and how long the rest will take."""
@@ -108,9 +111,10 @@ class Agenda(Iterator[Task]):
 
     def _seconds(self, task: Task) -> float:
         """Return how long an image may take: for ever while the first of its kind has not ended."""
-        kind = kind_of(task.job)
-        is_unknown = kind not in self._known and kind in self._running.values()
-        return math.inf if is_unknown else self._expected(kind)
+        running = {kind_of(job) for each in self._running.values() for job in each.jobs}
+        kinds = [*map(kind_of, task.jobs)]
+        is_unknown = any(kind in running and kind not in self._known for kind in kinds)
+        return math.inf if is_unknown else sum(map(self._expected, kinds))
 
     def _expected(self, kind: Kind) -> float:
         """Return the mean seconds of a kind; those of all kinds for one that is not known."""
@@ -144,16 +148,16 @@ def estimate(task: Callable[[Job, str], Task], jobs: Sequence[Job]) -> dict[str,
     it counts once for all images of a scene and seed. `task` returns the task of a job that writes
     into a folder.
     """
-    pilots: dict[Kind, Cost] = {}
+    pilots: dict[tuple[Kind, ...], Cost] = {}
     buildings: dict[str, Cost] = {}
     built = set[str]()
     costs: dict[str, Cost] = {}
     failure: InputError | None = None
-    for job in jobs:
-        key = kind_of(job)
+    for job, rest in grouped(jobs, jobs):
+        key = tuple(map(kind_of, (job, *rest.get("others", ()))))
         if key not in pilots:
             try:
-                pilots[key], building = _pilot(task, job)
+                pilots[key], building = _pilot(lambda to: replace(task(job, to), **rest), job)  # noqa: B023
                 buildings.setdefault(job.stem, building)
             except InputError as error:  # as in the set, it is left out
                 failure, pilots[key] = error, Cost()
@@ -166,30 +170,41 @@ def estimate(task: Callable[[Job, str], Task], jobs: Sequence[Job]) -> dict[str,
     return costs
 
 
-def _pilot(task: Callable[[Job, str], Task], job: Job) -> tuple[Cost, Cost]:
-    """Return the cost of an image, from a smaller one, and what building its scene first adds."""
+def _pilot(task: Callable[[str], Task], job: Job) -> tuple[Cost, Cost]:
+    """Return the cost of a task, from smaller images, and what building its scene first adds.
+
+    The task of the job writes into a folder.
+    """
     width, height = job.common.size
     area = width * height
     part = math.sqrt(min(max(area / _SMALLER**2, LEAST_PHOTONS), area) / area)
     size = max(round(width * part), 1), max(round(height * part), 1)
     scale = area / (size[0] * size[1])
-    small = replace(job, common=replace(job.common, size=size))
     with tempfile.TemporaryDirectory(prefix="photonmap-") as folder:
-        work = task(small, folder)
-        entry = render_image(work)
-        files = [Path(folder) / small.name / name for name in entry["files"]]
+        work = task(folder).at_size(size)
+        found = by_image(work, render_image(work))
+        entries = {name: entry for name, entry in found.items() if isinstance(entry, dict)}
+        for reason in found.values():
+            if isinstance(reason, str) and not entries:
+                raise InputError(reason)
+        files = [Path(folder) / name / file for name in entries for file in entries[name]["files"]]
         size_of_files = sum(path.stat().st_size for path in files)
+    seconds = {
+        name: sum(entry["seconds"][name] for entry in entries.values())
+        for name in ("build", "compile", "render", "write")
+    }
     start = time.perf_counter()
-    make_scene(small)  # again, as for the next light
-    again = min(time.perf_counter() - start, entry["seconds"]["build"])
-    seconds = entry["seconds"]
-    limit = work.time_limit or math.inf
+    make_scene(work.job)  # again, as for the next light
+    again = min(time.perf_counter() - start, seconds["build"])
+    limit = (work.time_limit or math.inf) * len(entries)
     photons = usual_photons(area) / usual_photons(size[0] * size[1])
     rendering = min(seconds["render"] * (scale + photons) / 2.0, limit)
-    busy = entry["cpu_seconds"] / max(sum(seconds.values()), 1e-9)
+    used = sum(entry["cpu_seconds"] for entry in entries.values())
+    busy = used / max(sum(seconds.values()), 1e-9)
     total = again + rendering + seconds["write"] * scale
     building = seconds["build"] - again
-    return Cost(1, total, total * busy, size_of_files * scale), Cost(0, building, building * busy)
+    cost = Cost(len(entries), total, total * busy, size_of_files * scale)
+    return cost, Cost(0, building, building * busy)
 
 
 def list_costs(costs: dict[str, Cost]) -> Iterator[str]:

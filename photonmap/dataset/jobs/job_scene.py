@@ -53,9 +53,9 @@ def make_scene(job: Job) -> Scene:
     return replace(scene, camera=find_camera(job.view, scene, job.geometry))
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=4)
 def _light(job: Job) -> Scene:
-    """Return the scene of a job, lit; cached, as its views follow each other, and compiled once."""
+    """Return the scene of a job, lit; cached, as its views follow each other."""
     illumination = Illumination(job.illumination, job.colors, job.shares)
     if job.is_procedural:
         looks = job.common.materials, job.common.lightness, job.common.scale

@@ -15,7 +15,7 @@ from photonmap.dataset.files.splits import part_of
 from photonmap.dataset.jobs.costs import Agenda
 from photonmap.dataset.jobs.job_scene import copy_inputs
 from photonmap.dataset.jobs.plan import CONTENT, TEXT, CommonSettings, Job
-from photonmap.dataset.jobs.render_image import ENTRY, Task, hearing, read_entry
+from photonmap.dataset.jobs.render_image import ENTRY, Task, by_image, grouped, hearing, read_entry
 from photonmap.dataset.jobs.schedule import LOCAL, run_fastest, run_tasks
 from photonmap.errors import warn
 from photonmap.runtime.wording import enumerated
@@ -128,10 +128,10 @@ def make_dataset(
         manifest.write_head(folder, head, outcome.entries)
         manifest.write_lines(folder, outcome.entries.values())
         target, how = str(folder.resolve()), {"full": head["full"], **vars(extra)}
+        left = [job for job in jobs if job.name not in outcome.entries]
         tasks = [
-            Task(job, target, tuple(formats), head["versions"], **how)
-            for job in jobs
-            if job.name not in outcome.entries
+            Task(job, target, tuple(formats), head["versions"], **how, **rest)
+            for job, rest in grouped(left, jobs)
         ]
         try:
             with hearing(log):
@@ -154,7 +154,7 @@ def _run(
     log: Callable[[str], None],
 ) -> None:
     """Render images until all are done, or the disk is full; say what they cost, and the rest."""
-    agenda = Agenda(tasks, outcome.entries.values())
+    agenda, count = Agenda(tasks, outcome.entries.values()), sum(len(task.jobs) for task in tasks)
     if workers == AUTO and scheduler == LOCAL:
         running = run_fastest(agenda, log)
     else:
@@ -162,23 +162,27 @@ def _run(
     with closing(running) as results:
         for task, result in results:
             agenda.learn(task, result)
-            if isinstance(result, str):
-                outcome.failures[task.job.name] = result
-                line = f"{task.job.name} failed: {result}"
-            else:
-                outcome.entries[task.job.name] = result
-                outcome.rendered += 1
-                manifest.append_line(Path(task.folder), result)
-                error = "unknown" if result["error"] is None else f"{result['error']:.4f}"
-                took = sum(result["seconds"].values())
-                line = f"{task.job.name}: error {error}, {took:.1f} s"
-            done = outcome.rendered + len(outcome.failures)
-            log(f"{done}/{len(tasks)} {line}; {agenda.describe()}")
-            if isinstance(result, str) and any(sign in result for sign in FULL):
+            for name, found in by_image(task, result).items():
+                line = _take(outcome, Path(task.folder), name, found)
+                done = outcome.rendered + len(outcome.failures)
+                log(f"{done}/{count} {line}; {agenda.describe()}")
+            if any(sign in reason for reason in outcome.failures.values() for sign in FULL):
                 break
-    for task in tasks:
-        if task.job.name not in outcome.entries and task.job.name not in outcome.failures:
-            outcome.failures[task.job.name] = _NOT_BEGUN
+    for job in (job for task in tasks for job in task.jobs):
+        if job.name not in outcome.entries and job.name not in outcome.failures:
+            outcome.failures[job.name] = _NOT_BEGUN
+
+
+def _take(outcome: Outcome, folder: Path, name: str, found: dict[str, Any] | str) -> str:
+    """Take in what came of an image; return a line that says so."""
+    if isinstance(found, str):
+        outcome.failures[name] = found
+        return f"{name} failed: {found}"
+    outcome.entries[name] = found
+    outcome.rendered += 1
+    manifest.append_line(folder, found)
+    error = "unknown" if found["error"] is None else f"{found['error']:.4f}"
+    return f"{name}: error {error}, {sum(found['seconds'].values()):.1f} s"
 
 
 def _find_entries(folder: Path, jobs: Sequence[Job], log: Callable[[str], None]) -> Entries:

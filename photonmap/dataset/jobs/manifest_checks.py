@@ -42,7 +42,7 @@ _HALF = 2.0**-11
 """By how much half precision rounds, relative to a value."""
 _OF_SCENE_AND_ARRAYS = ("lights", "reflectances", "statistics")
 """Keys of entries that do not follow from the job and the record."""
-_DEFAULTS = {"lightness": None, "scale": 1.0, "identity": TEXT}
+_DEFAULTS = {"lightness": None, "scale": 1.0, "identity": TEXT, "own_noise": True}
 """Values of common settings that earlier heads lack."""
 _COPIED = {"full": True, "buffers": None}
 """Keys of the head that entries repeat, and their values where earlier sets lack them."""
@@ -117,7 +117,7 @@ def check_entry(image: Image, head: Mapping[str, Any]) -> Iterator[str]:
     rgb = told.pop("rgb")
     del told["job"]  # from which the rest follows
     yield from _differences(_COPIED | entry, wanted, "in the head")
-    yield from _differences(entry, told, "by its job and its files")
+    yield from _differences({"together": None} | entry, told, "by its job and its files")
     yield from _differences(entry.get("rgb", {}), rgb, "by its job and its files", "rgb.", _CLOSE)
     if list(result.size) != list(job.common.size):
         there, here = (shown(list(size)) for size in (result.size, job.common.size))

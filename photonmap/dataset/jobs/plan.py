@@ -30,7 +30,7 @@ MAX_IMAGES = 1_000_000
 """Largest number of images in a data set."""
 CONTENT, TEXT = "content", "text"
 """What identifies files of bands and RGB: what is in them; in old sets, how they were written."""
-_USUAL = {"lightness": None, "scale": 1.0}
+_USUAL = {"lightness": None, "scale": 1.0, "own_noise": True}
 """Values at which settings leave the names and the noise of images as they were before there were
 such settings."""
 _DIGITS = 10  # digits of a job's hash in the name of its folder
@@ -53,6 +53,8 @@ class CommonSettings:
     munsell, illuminants : paths of measured sets, or None
     inputs : digest of the band curves and of the files of measured sets
     identity : what identifies files of bands and RGB, `CONTENT` or `TEXT`
+    own_noise : render each image by itself; otherwise those of one view that differ in their light
+        alone are rendered together, and share their noise
     """
 
     size: tuple[int, int]
@@ -68,6 +70,7 @@ class CommonSettings:
     illuminants: str | None = None
     inputs: str = ""
     identity: str = CONTENT
+    own_noise: bool = True
 
     @property
     def is_by_content(self) -> bool:
@@ -150,9 +153,28 @@ class Job:
         return f"{self.stem}-{self.seed}" if self.is_procedural else f"{self.stem}-{self.content}"
 
     @property
-    def render_seed(self) -> int:
-        """Seed of the render, which gives every image of a scene independent noise."""
+    def own_seed(self) -> int:
+        """A seed that no other image has."""
         return int(self.digest[:12], 16)
+
+    @property
+    def in_any_light(self) -> Job:
+        """What the job has in common with those of the same view in other light."""
+        return replace(self, illumination="", colors=(), shares=(), spectra=())
+
+    @property
+    def render_seed(self) -> int:
+        """Seed of the render; images of a view in different light have one in common.
+
+        With noise of their own, every image has its own.
+        """
+        return self.own_seed if self.common.own_noise else self.in_any_light.own_seed
+
+    @property
+    def described_light(self) -> dict[str, Any]:
+        """What `describe` says of the light: where jobs of one view differ."""
+        described = self.describe()
+        return {name: described[name] for name in ("illumination", "colors", "shares", "spectra")}
 
     def relative_to(self, folder: Path) -> Job:
         """Return the job with files named as seen from a data set's folder, as its manifest does.

@@ -9,7 +9,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,7 +30,7 @@ from photonmap.film.budget import LEAST_PASSES
 from photonmap.results.files import write_json
 from photonmap.results.result import Result
 from photonmap.runtime.progress import STAGES, Silent
-from photonmap.runtime.writing import drafts_beside
+from photonmap.runtime.writing import WriteError, drafts_beside
 from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, Texture, mean_color
 from photonmap.settings import DATASET, taken_by
@@ -62,30 +62,139 @@ class Task:
     # seconds of rendering after which an image stops short of its error; None for the usual
     time_limit: float | None = None
     buffers: tuple[str, ...] | None = None  # names of those that files hold; None for all
+    others: tuple[Job, ...] = ()  # that are to be rendered too, of the same view in other light
+    # all jobs of the view in the set, also those that are there: they decide the noise; () for none
+    together: tuple[Job, ...] = ()
+
+    @property
+    def jobs(self) -> tuple[Job, ...]:
+        """The jobs that are to be rendered."""
+        return self.job, *self.others
+
+    def at_size(self, size: tuple[int, int]) -> Task:
+        """Return the task of images of another size."""
+
+        def sized(job: Job) -> Job:
+            return replace(job, common=replace(job.common, size=size))
+
+        others, together = (tuple(map(sized, jobs)) for jobs in (self.others, self.together))
+        return replace(self, job=sized(self.job), others=others, together=together)
+
+
+def grouped(left: Sequence[Job], jobs: Sequence[Job]) -> list[tuple[Job, dict[str, Any]]]:
+    """Return the first of the jobs of each task, and what else the task is to know of jobs.
+
+    `left` are to be rendered, of `jobs`: each by itself, or those of a view together.
+    """
+    if not left or left[0].common.own_noise:
+        return [(job, {}) for job in left]
+    views: dict[Job, list[Job]] = {}
+    for job in jobs:
+        views.setdefault(job.in_any_light, []).append(job)
+    waiting = {job.name for job in left}
+    groups = []
+    for view in views.values():
+        asked = [job for job in view if job.name in waiting]
+        if asked:
+            groups.append((asked[0], {"others": tuple(asked[1:]), "together": tuple(view)}))
+    return groups
+
+
+def by_image(task: Task, result: Any) -> dict[str, dict[str, Any] | str]:
+    """Return what came of each image of a task, its entry or why there is none, by its name."""
+    if task.together and isinstance(result, dict):
+        return result
+    return {job.name: result for job in task.jobs}
 
 
 def render_image(task: Task) -> dict[str, Any]:
     """Render an image and write its folder, replacing a damaged one; return its entry.
 
     A complete image is not rendered again: a worker may have died between writing and reporting it.
-    Warnings name the image.
+    Warnings name the image. Of a task of images that are rendered together, return what came of
+    each, its entry or the reason why there is none, by its name.
     """
-    with naming_in_warnings(task.job.name):
-        return _render_image(task)
-
-
-def _render_image(task: Task) -> dict[str, Any]:
-    job, start, used = task.job, time.perf_counter(), time.process_time()
     if task.versions is not None:
         check_code(task.versions)
-    data_set = Path(task.folder)
-    if entry := read_entry(data_set / job.name):
+    if not task.together:
+        with naming_in_warnings(task.job.name):
+            (entry,) = _render_images(task, [task.job]).values()
         return entry
-    select_measured_sets(job)
-    scene = make_scene(job)
+    results, sets = _rendered_together(task)
+    for jobs in sets:
+        asked = [job.name for job in jobs if job in task.jobs]
+        try:
+            with naming_in_warnings(jobs[0].name):
+                results |= _render_images(task, jobs) if asked else {}
+        except (InputError, WriteError) as error:
+            results |= dict.fromkeys(asked, str(error))
+    return {job.name: results[job.name] for job in task.jobs}
+
+
+def _rendered_together(task: Task) -> tuple[dict[str, Any], list[list[Job]]]:
+    """Return why there are no scenes of some jobs of a view, and others in sets for one render."""
+    from photonmap.compile.illuminations import gather
+
+    select_measured_sets(task.job)
+    failures, jobs, scenes = dict[str, Any](), list[Job](), list[Scene]()
+    for job in task.together:
+        try:
+            scenes.append(make_scene(job))
+            jobs.append(job)
+        except InputError as error:
+            failures[job.name] = str(error)
+    sets = gather(scenes, Bands.parse(task.job.common.bands))
+    return failures, [[jobs[number] for number in numbers] for numbers in sets]
+
+
+def _render_images(task: Task, jobs: Sequence[Job]) -> dict[str, Any]:
+    """Render jobs together, and write the images that are asked for; return their entries.
+
+    Of those rendered together, one that fails has the reason in place of an entry.
+    """
+    data_set, start, used = Path(task.folder), time.perf_counter(), time.process_time()
+    entries: dict[str, Any] = {
+        job.name: read_entry(data_set / job.name) for job in jobs if job in task.jobs
+    }
+    if all(entries.values()):
+        return entries
+    select_measured_sets(jobs[0])
+    scenes = [make_scene(job) for job in jobs]
     built = time.perf_counter()
-    result = render_job(job, scene, task.threads, seconds=task.time_limit, buffers=task.buffers)
-    rendered = time.perf_counter()
+    limit = task.time_limit and task.time_limit * len(jobs)
+    results = render_jobs(jobs, scenes, task.threads, seconds=limit, buffers=task.buffers)
+    shared: dict[str, float] = {}
+    for job, scene, result in zip(jobs, scenes, results, strict=True):
+        rendered = time.perf_counter()
+        if not shared:  # each of the images that are asked for has its part of what is shared
+            compiling = result.record["seconds"]["compile"]
+            shared = {
+                "build": built - start,
+                "compile": compiling,
+                "render": rendered - built - compiling,
+                "cpu": time.process_time() - used,
+            }
+            shared = {name: value / len(entries) for name, value in shared.items()}
+        if len(jobs) > 1:
+            result.record["together"] = [
+                each.relative_to(data_set).described_light for each in jobs
+            ]
+        if job.name not in entries:
+            continue
+        try:
+            entries[job.name] = _write(task, job, scene, result, shared)
+        except (InputError, WriteError) as error:
+            if not task.together:
+                raise
+            entries[job.name] = str(error)
+    return entries
+
+
+def _write(
+    task: Task, job: Job, scene: Scene, result: Result, shared: dict[str, float]
+) -> dict[str, Any]:
+    """Write the folder of an image; return its entry, with the seconds of what was shared."""
+    data_set, start, used = Path(task.folder), time.perf_counter(), time.process_time()
     if not result.radiance.any():
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
     result = derived_buffers.with_derived(result, scene, pieces_in(job, scene))
@@ -99,31 +208,31 @@ def _render_image(task: Task) -> dict[str, Any]:
             "buffers": task.buffers and list(task.buffers),
             "arrays": arrays,
             "photo": task.sensor
-            and add_photo(folder, result, task.sensor, job.render_seed, task.full),
+            and add_photo(folder, result, task.sensor, job.own_seed, task.full),
         }
         entry["files"] = hash_files(folder, list_files(folder))
         entry["seconds"] = {
-            "build": built - start,
-            "compile": result.record["seconds"]["compile"],
-            "render": rendered - built - result.record["seconds"]["compile"],
-            "write": time.perf_counter() - rendered,
+            **{name: shared[name] for name in ("build", "compile", "render")},
+            "write": time.perf_counter() - start,
         }
-        entry["cpu_seconds"] = time.process_time() - used
+        entry["cpu_seconds"] = shared["cpu"] + time.process_time() - used
         write_json(entry, folder / ENTRY)
         _replace_folder(data_set / job.name, folder, made)
     return entry
 
 
-def render_job(
-    job: Job,
-    scene: Scene,
+def render_jobs(
+    jobs: Sequence[Job],
+    scenes: Sequence[Scene],
     threads: int | None = None,
     passes: int | None = None,
     pass_samples: float | None = None,
     seconds: float | None = None,
     buffers: Sequence[str] | None = None,
-) -> Result:
-    """Render a job's scene: until its error is reached or the time is up; or as many passes.
+) -> Iterator[Result]:
+    """Render the scenes of jobs: until their errors are reached or the time is up; or some passes.
+
+    Several jobs differ in the light alone, and are rendered together.
 
     Parameters
     ----------
@@ -132,22 +241,30 @@ def render_job(
     buffers : names of those that files are to hold; None for all
     """
     from photonmap.render import render_scene
+    from photonmap.render_illuminations import render_illuminations
     from photonmap.settings import Options
 
+    job = jobs[0]
     options = {name: getattr(job.common, name) for name in taken_by(DATASET)}
     options |= {"seconds": seconds, "buffers": rendered_for(buffers)}
     if passes is not None:
         options |= {"passes": passes, "pass_samples": pass_samples, "error": None}
     options |= {"seed": job.render_seed, "per_light": True, "progress": SpokenStages()}
+    given = Options(**options, threads=threads)
     with warnings.catch_warnings():  # of each image alike: its record says so
         warnings.filterwarnings("ignore", f".*{BY_BANDS}")
-        result = render_scene(scene, Options(**options, threads=threads), shared=_shared_scene())
-    if result.record["interrupted"]:
-        raise KeyboardInterrupt
-    sets = result.record["measured_sets"]
-    result.record["measured_sets"] = {role: path and Path(path).name for role, path in sets.items()}
-    result.record["white"] = None  # the colours of lights are what data sets are about
-    return result
+        if len(jobs) > 1:
+            results = render_illuminations(scenes, given)
+        else:
+            results = iter([render_scene(scenes[0], given, shared=_shared_scene())])
+        for result in results:
+            if result.record["interrupted"]:
+                raise KeyboardInterrupt
+            sets = result.record["measured_sets"]
+            named = {role: path and Path(path).name for role, path in sets.items()}
+            result.record["measured_sets"] = named
+            result.record["white"] = None  # the colours of lights are what data sets are about
+            yield result
 
 
 @cache
@@ -211,6 +328,7 @@ def describe_render(job: Job, result: Result) -> dict[str, Any]:
         "geometry": job.geometry,
         "split": part_of(job.geometry),
         "render_seed": job.render_seed,
+        "together": record.get("together"),
         "lights": None,
         "objects": record["objects"],
         "materials": record["materials"],

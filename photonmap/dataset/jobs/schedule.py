@@ -16,7 +16,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from photonmap.dataset.jobs.costs import Agenda, seconds_of
-from photonmap.dataset.jobs.render_image import Task, hear_workers, render_image
+from photonmap.dataset.jobs.render_image import Task, by_image, hear_workers, render_image
 from photonmap.errors import InputError, warn
 from photonmap.runtime.workers import AUTO, default_threads
 from photonmap.runtime.writing import WriteError
@@ -258,14 +258,14 @@ def run_fastest(agenda: Agenda, log: Callable[[str], None]) -> Generator[tuple[A
         rendered += isinstance(result, dict)
         workers = _workers_in_memory() if rendered >= _WARM and has_dask() else 1
         if workers > 1 and isinstance(result, dict):
-            trial = _START + workers * seconds_of(result)
+            trial = _START + workers * _seconds(task, result)
             if agenda.seconds_left > _WORTH_TRYING * trial:
                 break
     else:
         return
     with connect(LOCAL, workers) as client:
         threads = default_threads() // workers
-        gain = _measure(client, replace(task, threads=threads), seconds_of(result))
+        gain = _measure(client, replace(task, threads=threads), _seconds(task, result))
         faster = gain >= _WORTH_IT
         verdict = f"{workers} render the rest" if faster else "one goes on"
         log(f"{workers} processes are {gain:.2f} times as fast as one: {verdict}")
@@ -274,6 +274,12 @@ def run_fastest(agenda: Agenda, log: Callable[[str], None]) -> Generator[tuple[A
             yield from distribute(client, render_image, rest, workers)
             return
     yield from alone
+
+
+def _seconds(task: Task, result: dict[str, Any]) -> float:
+    """Return the seconds that the images of a task took, without compilation."""
+    entries = by_image(task, result).values()
+    return sum(seconds_of(entry) for entry in entries if isinstance(entry, dict))
 
 
 def _workers_in_memory() -> int:
@@ -289,15 +295,14 @@ def _workers_in_memory() -> int:
 def _measure(client: Client, task: Task, alone: float) -> float:
     """Return how many times as fast workers render at once as this process, `alone` s an image."""
     workers = list(client.scheduler_info(n_workers=-1)["workers"])
-    tiny = replace(task.job, common=replace(task.job.common, size=_TINY))
-    for job in (tiny, task.job):
+    for part in (task.at_size(_TINY), task):
         with tempfile.TemporaryDirectory(prefix="photonmap-") as made:
             sent = []
             for number, worker in enumerate(workers):
                 folder = Path(made) / str(number)
                 folder.mkdir()
-                copy = replace(task, job=job, folder=str(folder))
+                copy = replace(part, folder=str(folder))
                 sent.append(client.submit(render_image, copy, workers=[worker], pure=False))
-            entries = client.gather(sent)
-    spent = [seconds_of(entry) for entry in entries]
+            results = client.gather(sent)
+    spent = [_seconds(task, result) for result in results]
     return len(spent) * alone / (sum(spent) / len(spent))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
+from itertools import islice
 from os import PathLike
 from typing import Any
 
@@ -33,7 +34,7 @@ from photonmap.dataset.jobs.manifest_checks import (
     check_scene,
 )
 from photonmap.dataset.jobs.plan import Job
-from photonmap.dataset.jobs.render_image import ENTRY, render_job, select_measured_sets
+from photonmap.dataset.jobs.render_image import ENTRY, render_jobs, select_measured_sets
 from photonmap.errors import InputError
 from photonmap.io.exr import current_name
 from photonmap.results.record import describe_versions
@@ -158,10 +159,15 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
         log(f"{image.name}: not rendered again, as other versions rendered it")
         return
     try:
-        job = find(Job.from_description(entry["job"]))
-        select_measured_sets(job)
+        told = [{**entry["job"], **light} for light in entry.get("together") or [{}]]
+        jobs = [find(Job.from_description(each)) for each in told]
+        select_measured_sets(jobs[0])
         passes = {"passes": entry["passes"], "pass_samples": entry.get("pass_samples")}
-        again = render_job(job, make_scene(job), **passes, buffers=image.chosen)
+        results = render_jobs(
+            jobs, [make_scene(job) for job in jobs], **passes, buffers=image.chosen
+        )
+        number = [job.illumination for job in jobs].index(entry["job"]["illumination"])
+        again = next(islice(results, number, None))
         before = image.result
     except InputError as error:
         yield f"cannot be rendered again: {error}"

@@ -78,7 +78,7 @@ def shade_lamp(draw: Draw) -> Table:
     disc = lathe([(0.0, 0.02), (0.9 * radius, 0.02)], segments=32)
     yield from _cord(draw, cord)
     yield shade, y, draw.glazed(draw.accent())
-    yield disc, y, draw.grey(8), LAMP
+    yield disc, y, draw.grey(9), LAMP
 
 
 @model("ceiling lamp")
@@ -87,14 +87,14 @@ def ceiling_panel(draw: Draw) -> Table:
     wide, deep = draw.number(0.6, 1.4), draw.number(0.3, 0.7)
     corner = (-0.5 * wide, -0.052, -0.5 * deep)
     yield box(wide + 0.06, 0.05, deep + 0.06, 0.008), -0.05, draw.grey(8)
-    yield parallelogram(corner, (wide, 0.0, 0.0), (0.0, 0.0, deep)), 0.0, draw.grey(8), LAMP
+    yield parallelogram(corner, (wide, 0.0, 0.0), (0.0, 0.0, deep)), 0.0, draw.grey(9), LAMP
 
 
 @model("ceiling spot")
 def ceiling_spot(draw: Draw, radius: float) -> Table:
     """Return a flat round lamp below the ceiling."""
     yield cylinder(radius, 0.035, 0.008, 48), -0.035, draw.grey(8)
-    yield lathe([(0.0, 0.0), (0.85 * radius, 0.0)], segments=32), -0.037, draw.grey(8), LAMP
+    yield lathe([(0.0, 0.0), (0.85 * radius, 0.0)], segments=32), -0.037, draw.grey(9), LAMP
 
 
 @model("table lamp")

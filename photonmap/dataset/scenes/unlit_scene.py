@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.dataset.models.scene_object import SceneObject, to_meshes, with_unique_names
+from photonmap.dataset.models.scene_object import (
+    Part,
+    SceneObject,
+    to_meshes,
+    with_unique_names,
+)
 from photonmap.dataset.models.shapes import Floats
 from photonmap.dataset.models.wall_objects import WINDOW
 from photonmap.dataset.scenes.exposure import SKY, LightMeter, Radiance, set_levels
@@ -20,6 +25,7 @@ from photonmap.scene.daylight import OvercastLight, SkyLight, SunLight
 from photonmap.scene.lights import Light
 from photonmap.scene.material import Material
 from photonmap.scene.scene import Scene
+from photonmap.spectra.curves import Spectrum
 from photonmap.spectra.observer import luminance
 
 SUN = "sun"
@@ -143,6 +149,9 @@ class UnlitScene:
     def lit(self, illumination: Illumination) -> Scene:
         """Return the scene under an illumination.
 
+        Lamps reflect as much as while they are off, so that illuminations of the same windows add
+        up.
+
         Raises
         ------
         InputError : there are more colours than light groups, or a colour is no light
@@ -151,17 +160,27 @@ class UnlitScene:
         skies = filter(is_sky, illumination.colors)
         if self.sky and (first := next(skies, None)):
             received[self.sky.group] = self.sky.received(first)
-        emitters = dict[str, Material]()
+        shining = dict[str, tuple[str, Spectrum | None]]()
         for color, level, groups in set_levels(illumination, received):
             if self.sky and groups[0] == self.sky.group:
                 lights += self.sky.lights(color, level)
-                emitters[groups[0]] = Material(f"{groups[0]} pane", 0.0, portal=True)
+                shining[groups[0]] = f"{groups[0]} pane", None
             else:
-                made = Material(groups[0], 0.0, light_spectrum(color) * level)
-                emitters |= dict.fromkeys(groups, made)
-        meshes = [
-            mesh
-            for obj in self.named_objects
-            for mesh in to_meshes(obj, lambda part: emitters.get(part.light_group, part.material))
-        ]
+                shining |= dict.fromkeys(groups, (groups[0], light_spectrum(color) * level))
+        made = dict[tuple[str, str], Material]()
+
+        def material(part: Part) -> Material:
+            if part.light_group not in shining:
+                return part.material
+            name, emission = shining[part.light_group]
+            key = name, part.material.name if emission else ""
+            if key not in made:
+                made[key] = (
+                    Material(name, 0.0, portal=True)
+                    if emission is None
+                    else replace(part.material, name=name, emission=emission)
+                )
+            return made[key]
+
+        meshes = [mesh for obj in self.named_objects for mesh in to_meshes(obj, material)]
         return Scene(meshes, lights, self.camera, self.name)

@@ -176,7 +176,9 @@ def test_images_are_told_when_the_scheduler_is_killed(tmp_path):
 def test_an_image_whose_entry_was_lost_is_not_rendered_again(tmp_path, monkeypatch):
     task = tasks(tmp_path)[0]
     entry = render_image(task)
-    monkeypatch.setattr(render_image_module, "render_job", lambda *_: pytest.fail("rendered again"))
+    monkeypatch.setattr(
+        render_image_module, "render_jobs", lambda *_: pytest.fail("rendered again")
+    )
     assert render_image(task) == json.loads(json.dumps(entry))
     assert schedule._collect(LostFuture()) is schedule._RERUNNING
 
