@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -63,8 +64,16 @@ def run(options: argparse.Namespace) -> int | None:
 
     work = SharedWork(options.threads, options.memory) if len(outputs) > 1 else None
     with work or nullcontext():
-        for view, file in outputs:
-            if code := _render(options, view, file, work):
+        for done, (view, file) in enumerate(outputs):
+            try:
+                code = _render(options, view, file, work)
+            except KeyboardInterrupt:
+                if not done:
+                    raise
+                text = f"interrupted; {done} of {len(outputs)} views are written"
+                print(f"photonmap: {text}", file=sys.stderr)
+                return INTERRUPTED
+            if code:
                 return code
     return None
 

@@ -6,11 +6,13 @@ import shlex
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import photonmap as pm
+from photonmap.commands import render as render_command
 from photonmap.commands.main import main
 
 SCENE = Path(pm.scenes.FOLDER) / "cornell_box.obj"
@@ -59,6 +61,23 @@ def test_signals_keep_what_is_done(tmp_path, number):
     record = json.loads((tmp_path / "cornell_box.json").read_text())
     assert record["interrupted"]
     assert pm.load_result(tmp_path / "cornell_box.exr").record["passes"] == record["passes"] >= 1
+
+
+def test_views_that_were_written_are_counted(tmp_path, monkeypatch, capsys):
+    """Ctrl-C before the next view has a pass; before the first one has, nothing is written."""
+    box, left = pm.scenes.cornell_box(), []
+    cameras = [replace(box.camera, name=name) for name in ("front", "left")]
+    pm.save_scene(replace(box, camera=None, cameras=cameras), tmp_path / "box.obj")
+
+    def render(*given):
+        if not left.pop():
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(render_command, "_render", render)
+    for views, said in (([False, True], "1 of 2 views are written"), ([False], "nothing written")):
+        left[:] = views
+        assert main([str(tmp_path / "box.obj"), "--camera", "all"]) == 130
+        assert capsys.readouterr().err == f"photonmap: interrupted; {said}\n"
 
 
 def test_ctrl_c_ends_the_loop_of_a_shell(tmp_path):
