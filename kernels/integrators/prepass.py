@@ -1,7 +1,5 @@
 """The sampling pre-pass: where an image is smooth, where it is not, and how near surfaces are."""
 
-import math
-
 import numpy as np
 
 from photonmap.kernels.bsdf.specular import specular_probability
@@ -127,17 +125,17 @@ def run_prepass(scene, textured, view, key, span, scratch, plane, prepass):
 
 @jit
 def _nearness(geometry, surface, direction):
-    """Return 1 / distance to what a ray meets, 0 where it meets nothing."""
+    """Return 1 / distance² to what a ray meets, 0 where it meets nothing."""
     hit = intersect(geometry, surface.point, direction)
     if hit.triangle < 0:
         return 0.0
     step = vec.sub(point_at(geometry, hit.triangle, hit.u, hit.v)[0], surface.point)
-    return 1.0 / max(math.sqrt(vec.dot(step, step)), NEAREST)
+    return 1.0 / max(vec.dot(step, step), NEAREST * NEAREST)
 
 
 @jit
 def _look_around(scene, view, x, y, key, rays):
-    """Return the sum of 1 / distance to what cosine-distributed rays from a corner meet; or -1."""
+    """Return the sum of 1 / distance² to what cosine-distributed rays of a corner meet; or -1."""
     hit, direction = _corner_hit(scene, view, x, y, key)
     if hit.triangle < 0:
         return -1.0
@@ -154,7 +152,7 @@ def _look_around(scene, view, x, y, key, rays):
 def look_around(scene, view, key, rays, span, sums, nearness):
     """Add to nearness, (P,), of a span of lines the sums over a span of `MOST_AROUND` rays.
 
-    They are means over corners of 1 / distance to the surfaces around. `sums` is (2, 2 W + 1)
+    They are means over corners of 1 / distance² to the surfaces around. `sums` is (2, 2 W + 1)
     scratch for two lines of corners.
     """
     film, step = view.film, 1 if view.film.jitter else 2

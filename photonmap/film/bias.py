@@ -30,16 +30,17 @@ from photonmap.kernels.core.passes import (
     Film,
 )
 
-FOOTPRINTS_HOLD = 64
-"""Passes after which sharing footprints begin to narrow; before, noise outweighs their bias."""
+FOOTPRINTS_HOLD, REACH_HOLDS = 64, 16
+"""Passes after which sharing footprints begin to narrow in pixels, and, where surfaces near limit
+them, in space: there, their bias would soon be as large as the noise."""
 
 
-def footprint_width(indices: ArrayLike) -> float:
+def footprint_width(indices: ArrayLike, hold: int = FOOTPRINTS_HOLD) -> float:
     """Return the mean width of the footprints of passes, in units of the first pass's.
 
-    They are the supports that narrow the slowest (Knaus and Zwicker 2011).
+    Those in pixels are the supports that narrow the slowest (Knaus and Zwicker 2011).
     """
-    return float(np.mean((1.0 + np.asarray(indices) / FOOTPRINTS_HOLD) ** (-1.0 / 6.0)))
+    return float(np.mean((1.0 + np.asarray(indices) / hold) ** (-1.0 / 6.0)))
 
 
 FIRST, EVERY = 12, 32

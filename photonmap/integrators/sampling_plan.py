@@ -48,10 +48,22 @@ FOOTPRINT_TURN = 0.08
 """Angle between the normals of pixels that share in the first passes, at most, radians."""
 AROUND = 4
 """Rays of a pixel's corner that look for what is near, before the first pass."""
-FOOTPRINT_REACH = 0.2
-"""Their radius in space, as a fraction of the mean distance to the surfaces around (Ward 1988)."""
+REACHES = 0.18, 0.28
+"""Radius in space in images of 64 lines and of 240, in units of the root of 1 / (mean of 1 /
+distance² to the surfaces around): see `footprint_reach`."""
 LINES, PREPASS_LINES = 64, 16
 """Lines of the image that are planned, and looked at, at a time."""
+
+
+def footprint_reach(film: Film) -> float:
+    """Return how far footprints reach towards what is near, between `REACHES`.
+
+    Pairs of pixels cancel the gradient of irradiance, whose measure is the mean of 1 / distance
+    (Ward 1988). Second derivatives remain, as a bias that goes as (radius / distance)². Where an
+    image has few lines, most of its pixels are limited by it.
+    """
+    least, most = REACHES
+    return min(max(least * (min(film.width, film.height) / 64.0) ** (1.0 / 3.0), least), most)
 
 
 class SharingRadii:
@@ -94,7 +106,7 @@ class SharingRadii:
         film = self._setup.film
         nearness = _neighbours(self._nearness, film, span).mean(axis=0) / np.float32(self._rays)
         lines = slice(span.first * film.width, span.last * film.width)
-        self._radii[lines] = FOOTPRINT_REACH / np.maximum(nearness, 1e-12).astype(np.float32)
+        self._radii[lines] = footprint_reach(film) / np.sqrt(np.maximum(nearness, 1e-24))
 
 
 def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> SamplingPlan:
@@ -150,7 +162,9 @@ def _link(
 ) -> NDArray[np.uint8]:
     """Return which neighbours show the same flat surface, however far away, of each pixel, (P,)."""
     links, film = setup.storage.zeros(setup.pixels, np.uint8), setup.film
-    footprint = Footprint(plane, radius, 1.0 / FOOTPRINT_REACH, FOOTPRINT_PIXELS, FOOTPRINT_TURN)
+    footprint = Footprint(
+        plane, radius, 1.0 / footprint_reach(film), FOOTPRINT_PIXELS, FOOTPRINT_TURN
+    )
     setup.over_pixels(lambda span: link_pixels(film, footprint, span, flat, links))
     return links
 

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from photonmap.film.bias import footprint_width
+from photonmap.film.bias import REACH_HOLDS, footprint_width
 from photonmap.film.replicates import replicate_place, replicate_size
 from photonmap.integrators.adaptive_sampling import photons_of, resize, scale_plan
 from photonmap.integrators.base import (
@@ -132,8 +132,9 @@ class PhotonIntegrator:
         scale, pixels = footprint_width(index) * 2.0**wider, estimate.pixels
         with self._setting_up():
             radius = self._radii.of_pass(int(index * self._size))
+        reach = footprint_width(index, REACH_HOLDS) * 2.0**wider
         footprint = Footprint(
-            pixels.plane, radius, scale, FOOTPRINT_PIXELS * scale, FOOTPRINT_TURN * scale
+            pixels.plane, radius, reach, FOOTPRINT_PIXELS * scale, FOOTPRINT_TURN * scale
         )
         self._setup.over_pixels(
             lambda span: share_irradiance(self._setup.film, footprint, span, pixels, self._shared)
