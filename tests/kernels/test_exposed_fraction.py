@@ -122,7 +122,7 @@ def test_crowded_cells_are_exposed_as_far_as_they_are_seen_from_afar():
         setup = setup_of(scene, workers)
         known = find_lit_sides(setup), areas, cells
         near = measure_exposed(setup, *known, np.ones(count, bool)).crowded
-        inverse = np.array([measure_seen_afar(setup, i, *known, near) for i in range(2)])
+        inverse = np.array([measure_seen_afar(setup, i, *known, near)[0] for i in range(2)])
     seen = (((FAR_POINTS + 1) / inverse - 1) / FAR_POINTS).mean(axis=0)[:, 0]
     size, rng = 2 * int(cells.divisions[0]) ** 2, np.random.default_rng(3)
     assert 10 < near[:size].sum() < size - 10

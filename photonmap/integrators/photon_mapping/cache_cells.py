@@ -241,8 +241,8 @@ def measure_seen_afar(
     areas: NDArray[np.float64],
     cells: CacheCells,
     wanted: NDArray[np.bool_],
-) -> NDArray[np.float32]:
-    """Return the inverse share of cells that is seen from afar.
+) -> tuple[NDArray[np.float32], int]:
+    """Return the inverse share of cells that is seen from afar, and how many rays told that.
 
     (cells, 1): that of rays from a cell which meet what light reaches, and not within its width, as
     some of pass `index` estimate it; 1 of cells that are not `wanted`. The other arguments are
@@ -252,7 +252,7 @@ def measure_seen_afar(
     counts = _count_points(setup, question, areas, cells, setup.key(index, Domain.SEEN_AFAR))
     # With k of n rays, this has the right mean, where n / k has not.
     tested, exposed = counts[:, [TESTED, EXPOSED], None].swapaxes(0, 1) + np.float32(1.0)
-    return tested / exposed
+    return tested / exposed, int(counts[:, TESTED].sum())
 
 
 def _count_points(

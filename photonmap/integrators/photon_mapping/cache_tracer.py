@@ -101,9 +101,11 @@ class CacheTracer:
         radiosity /= layout.fraction
         if layout.cells.crowded.any():
             lit = layout.cells.crowded & radiosity.any(axis=1)
-            radiosity *= measure_seen_afar(
+            inverse, rays = measure_seen_afar(
                 setup, index, self._lit_sides, self._areas, layout.cells, lit
             )
+            radiosity *= inverse
+            counters.add_rays(photon=rays)
         return RadiosityCache(layout.cells, radiosity)
 
     def _layout(self, index: int, wider: int) -> Layout:
