@@ -381,37 +381,18 @@ def start_run(
 ) -> Run:
     """Prepare the passes, their moments and the loop over them, from the checkpoint if resumed.
 
-    Lights that seem hidden are rarely sampled. Photons are `shared` by views that need the same.
-    There are moments for each of the illuminations that are mixed, if there are any.
+    Photons are `shared` by views that need the same. There are moments for each of the
+    illuminations that are mixed, if there are any.
 
     Raises
     ------
     InputError : the checkpoint is damaged, or of a different render
     """
-    film, columns, storage = settings.film, plan.columns, plan.storage
-    view = View(plan.scene.film_camera(film.width, film.height), film)
-    key = stream_key(settings.seed, 0, Domain.LIGHT_VISIBILITY)
-    hidden = find_hidden_lights(plan.scene, view, key)
-    lights = downweight_hidden(plan.pass_scene.lights, plan.pass_scene.light_names, hidden)
-    integrator = make_integrator(
-        settings.integrator,
-        PassSetup(
-            replace(plan.pass_scene, lights=lights),
-            film,
-            columns.count,
-            settings.photons,
-            settings.seed,
-            workers,
-            plan.effects,
-            storage,
-            shared=shared,
-            light=_describe_light(plan, hidden),
-        ),
-    )
+    integrator, hidden = _make_integrator(plan, settings, workers, shared)
     adapts = settings.adaptive and integrator.adapts
     parts = [
         _make_sums(plan, settings, workers, integrator, each)
-        for each in [mix.columns for mix in mixes] or [columns]
+        for each in [mix.columns for mix in mixes] or [plan.columns]
     ]
     moments, probe = _as_one(integrator, parts, mixes) if mixes else parts[0]
     file = settings.checkpoint
@@ -420,12 +401,36 @@ def start_run(
         moments,
         settings.budget,
         probe,
-        AdaptiveSampling(film, columns, storage) if adapts else None,
+        AdaptiveSampling(settings.film, plan.columns, plan.storage) if adapts else None,
         settings.pass_samples,
         None if file is None else Checkpoint(file, plan.fingerprint),
         settings.resume,
     )
     return Run(plan, settings, workers, hidden, integrator, moments, loop, parts)
+
+
+def _make_integrator(
+    plan: RenderPlan, settings: Settings, workers: Workers, shared: SharedWork | None
+) -> tuple[Integrator, list[str]]:
+    """Return what runs passes, and the lights that seem hidden, which it rarely samples."""
+    film = settings.film
+    view = View(plan.scene.film_camera(film.width, film.height), film)
+    key = stream_key(settings.seed, 0, Domain.LIGHT_VISIBILITY)
+    hidden = find_hidden_lights(plan.scene, view, key)
+    lights = downweight_hidden(plan.pass_scene.lights, plan.pass_scene.light_names, hidden)
+    setup = PassSetup(
+        replace(plan.pass_scene, lights=lights),
+        film,
+        plan.columns.count,
+        settings.photons,
+        settings.seed,
+        workers,
+        plan.effects,
+        plan.storage,
+        shared=shared,
+        light=_describe_light(plan, hidden),
+    )
+    return make_integrator(settings.integrator, setup), hidden
 
 
 def _make_sums(

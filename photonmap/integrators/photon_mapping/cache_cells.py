@@ -251,7 +251,7 @@ def measure_seen_afar(
     question = Question(lit_sides, wanted, True)
     counts = _count_points(setup, question, areas, cells, setup.key(index, Domain.SEEN_AFAR))
     # With k of n rays, this has the right mean, where n / k has not.
-    tested, exposed = counts[:, [TESTED, EXPOSED], None].swapaxes(0, 1) + np.float32(1.0)
+    tested, exposed = (counts[:, [column]] + np.float32(1.0) for column in (TESTED, EXPOSED))
     return tested / exposed, int(counts[:, TESTED].sum())
 
 

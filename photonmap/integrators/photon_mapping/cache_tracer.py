@@ -122,13 +122,13 @@ class CacheTracer:
 
     def _measure(self, cells: CacheCells, count: int) -> Layout:
         """Divide the cells that are exposed in part, and measure the exposed surface of all."""
-        fraction, crowded, cluttered = self._measure_exposed(cells, np.ones(count, np.bool_))
-        laid, (cells, count) = count, divide_cells(cells, fraction[:, 0] < 1.0)
+        exposed = self._measure_exposed(cells, np.ones(count, np.bool_))
+        laid, (cells, count) = count, divide_cells(cells, exposed.fraction[:, 0] < 1.0)
         if laid < count:
             parts = self._measure_exposed(cells, np.arange(count) >= laid)
-            fraction = np.concatenate([fraction, parts.fraction[laid:]])
-            crowded = np.concatenate([crowded, parts.crowded[laid:]])
-            cluttered = np.concatenate([cluttered, parts.cluttered[laid:]])
+            both = zip(exposed, parts, strict=True)
+            exposed = Exposed(*(np.concatenate([whole, part[laid:]]) for whole, part in both))
+        fraction, crowded, cluttered = exposed
         cells = cells._replace(crowded=crowded, cluttered=cluttered)
         fraction[crowded] = 1.0  # What is seen from afar of them is measured in each pass.
         fraction[laid:] /= np.float32(cells.finer**2)
