@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from helpers.comparisons import assert_within
 from helpers.marks import slow
 
 import photonmap as pm
@@ -29,7 +28,7 @@ def full(cornell):
 
 @pytest.fixture(scope="module")
 def loose(cornell):
-    return pm.render(cornell, **OPTIONS, error=0.2, seed=5)
+    return pm.render(cornell, **OPTIONS, error=0.2, seed=2)
 
 
 def test_a_loose_error_takes_less_work(full, loose):
@@ -45,14 +44,15 @@ def test_a_loose_error_takes_less_work(full, loose):
 def test_the_image_stays_the_same(full, loose):
     for name in ("radiance", "direct", "indirect"):
         error = np.hypot(full.standard_error(name), loose.standard_error(name))
-        assert_within(loose[name], full[name], error, sigmas=6.0)
+        off = np.abs(loose[name] - full[name]) > 1.96 * error
+        assert 0.01 < off.mean() < 0.1, f"{name}: 95% intervals of 8 passes hold 90 to 99%"
         assert loose[name].mean() == pytest.approx(full[name].mean(), rel=0.02)
     np.testing.assert_array_equal(loose.object_id, full.object_id)
 
 
 def test_passes_repeat_an_error(cornell, loose):
     """The first passes are kept where their size stays."""
-    again = pm.render(cornell, **OPTIONS, passes=LEAST_PASSES, pass_samples=0.125, seed=5)
+    again = pm.render(cornell, **OPTIONS, passes=LEAST_PASSES, pass_samples=0.125, seed=2)
     for name, image in loose.buffers.items():
         np.testing.assert_array_equal(again.buffers[name], image)
 
