@@ -97,7 +97,7 @@ LEAST_PASSES = 8
 MOST_PASSES = (1 << 32) - 1
 """That the counts of passes, 32 bits, can hold."""
 LEAST_PHOTONS = 1 << 14
-ENOUGH_PHOTONS = 1 << 17
+ENOUGH_PHOTONS = 1 << 18
 """In a pass, unless a user says otherwise."""
 PASS_SAMPLES = (0.125, 0.25, 0.5, 1.0)
 """Samples of a pass, as fractions of the usual."""

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from photonmap.compile.spectral_columns import SpectralColumns
-from photonmap.film.budget import LEAST_PASSES, LEAST_PHOTONS, Goal
+from photonmap.film.budget import ENOUGH_PHOTONS, LEAST_PASSES, LEAST_PHOTONS, Goal
 from photonmap.film.relative_error import relative_squares
 from photonmap.integrators.sampling_plan import SAMPLES
 from photonmap.kernels.core.passes import (
@@ -174,8 +174,8 @@ needed over those of eighths. Means over the Cornell box, `studio`, `kitchen` an
 128×128 and 160×120."""
 MOST_LIGHTS = 4
 """Light samples of a pixel up to which one camera sample serves all; more are for penumbrae."""
-PHOTONS = 2.0
-"""Photons of a pass, over the usual ones and the fraction of samples, as long as that is small."""
+PHOTONS = 2
+"""Photons of a pass, over the usual ones and the fraction of samples, as long as both are few."""
 
 
 def first_size(goal: Goal | None) -> float:
@@ -197,7 +197,8 @@ def choose_size(needed: float) -> float:
 
 def photons_of(photons: int, size: float) -> int:
     """Return how many photons a pass of some size emits, where a full one emits `photons`."""
-    return max(int(photons * min(PHOTONS * size, 1.0)), min(photons, LEAST_PHOTONS))
+    more = max(photons, min(PHOTONS * photons, ENOUGH_PHOTONS))
+    return max(int(min(more * size, photons)), min(photons, LEAST_PHOTONS))
 
 
 def resize(plan: SamplingPlan, size: float) -> SamplingPlan:
