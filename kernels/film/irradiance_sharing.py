@@ -13,7 +13,7 @@ import numpy as np
 from photonmap.kernels.bsdf.fluorescence import add_band, fluoresces, fluorophore_at
 from photonmap.kernels.camera.cameras import first_hit, generate_ray
 from photonmap.kernels.core import vec
-from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.jit import jit, kernel, vectorized
 from photonmap.kernels.core.passes import EXCITATION_INDIRECT, FLUORESCENT_INDIRECT
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.warp import INV_PI
@@ -31,6 +31,51 @@ class Footprint(NamedTuple):
     turn: float  # angle between the normals of two pixels up to which they share, radians
 
 
+RADIUS = 7  # Row of the planes of a strip: the sharing radius
+
+
+@by_reference
+class Strip(NamedTuple):
+    """Lines of an image, and all that share with them, columns of arrays: see `Footprint`."""
+
+    planes: np.ndarray  # (8, L) float32, of pixels: planes, and sharing radii
+    light: np.ndarray  # (N, L) float32
+    first: int  # line of the image
+    width: int
+    height: int  # lines
+    scale: float
+    radius: float
+    turn: float
+
+
+def cut_strip(film, footprint, lines, light):
+    """Return what a span of lines shares, of light, (P, N)."""
+    reach = int(footprint.radius)
+    first, last = max(lines.first - reach, 0), min(lines.last + reach, film.height)
+    rows = slice(first * film.width, last * film.width)
+    planes = np.column_stack([footprint.plane[rows], footprint.sharing_radius[rows]])
+    return Strip(
+        np.ascontiguousarray(planes.T),
+        np.ascontiguousarray(light[rows].T),
+        first,
+        film.width,
+        last - first,
+        footprint.scale,
+        footprint.radius,
+        footprint.turn,
+    )
+
+
+@jit
+def _agree(step, normal, other_normal, limit, turn):
+    """Return whether points a `step` within a limit apart, that turn little, lie on one surface."""
+    return (
+        vec.dot(step, step) <= limit * limit
+        and 1.0 - vec.dot(normal, other_normal) <= 0.5 * turn * turn
+        and is_same_surface(step, normal, other_normal)
+    )
+
+
 @jit
 def may_share(footprint, pixel, other):
     """Return whether two pixels show one surface, within the sharing radius of both."""
@@ -40,20 +85,96 @@ def may_share(footprint, pixel, other):
     step = vec.sub(plane_point(plane, other), plane_point(plane, pixel))
     limit = footprint.scale * min(radius[pixel], radius[other])
     normal, other_normal = plane_normal(plane, pixel), plane_normal(plane, other)
-    return (
-        vec.dot(step, step) <= limit * limit
-        and 1.0 - vec.dot(normal, other_normal) <= 0.5 * footprint.turn * footprint.turn
-        and is_same_surface(step, normal, other_normal)
-    )
+    return _agree(step, normal, other_normal, limit, footprint.turn)
 
 
 @jit
-def _add_footprint(film, footprint, pixel, source, target):
-    """Add the partners of a pixel to row `pixel` of target; return how many there are."""
+def _triple(planes, row, i):
+    return float(planes[row, i]), float(planes[row + 1, i]), float(planes[row + 2, i])
+
+
+@jit
+def _shares(strip, i, j):
+    """Return `may_share` of pixels `i` and `j` of a strip, without branches."""
+    planes, turn = strip.planes, strip.turn
+    step = vec.sub(_triple(planes, 0, j), _triple(planes, 0, i))
+    limit = strip.scale * min(planes[RADIUS, i], planes[RADIUS, j])
+    agree = _agree(step, _triple(planes, 3, i), _triple(planes, 3, j), limit, turn)
+    return agree & (planes[FLAT, j] != 0.0)
+
+
+@vectorized
+def _find_pairs(strip, first, step, found, counts):
+    """Fill found, (n,) uint8, with whether pixels share with both of a pair; count these."""
+    # Unsigned, as Numba takes negative numbers from the end, which keeps loops from vectors.
+    here, ahead, behind = np.uint64(first), np.uint64(first + step), np.uint64(first - step)
+    for i in range(len(found)):
+        j = np.uint64(i)
+        both = _shares(strip, here + j, ahead + j) & _shares(strip, here + j, behind + j)
+        found[i] = both & (strip.planes[FLAT, here + j] != 0.0)
+        counts[i] += np.float32(2.0) * np.float32(found[i])
+
+
+@vectorized
+def _add_pairs(found, ahead, behind, sums):
+    """Add to sums, (n,), the values of the pairs that were found."""
+    for i in range(len(found)):
+        sums[i] += ahead[i] + behind[i] if found[i] else np.float32(0.0)
+
+
+@jit
+def _add_partners(strip, row, found, sums):
+    """Add to sums, (N + 1, W), the partners of a line's pixels, and last their number."""
+    width, bands, radius = strip.width, strip.light.shape[0], strip.radius
+    for y in range(min(min(row, strip.height - 1 - row), int(radius)) + 1):
+        for x in range(-int(radius) if y > 0 else 1, int(radius) + 1):
+            left, right = abs(x), width - abs(x)
+            if x * x + y * y > radius * radius or left >= right:
+                continue
+            first, last, step = row * width + left, row * width + right, y * width + x
+            _find_pairs(strip, first, step, found[left:right], sums[bands, left:right])
+            for band in range(bands):
+                _add_pairs(
+                    found[left:right],
+                    strip.light[band, first + step : last + step],
+                    strip.light[band, first - step : last - step],
+                    sums[band, left:right],
+                )
+
+
+@kernel
+def share_irradiance(strip, lines, scratch, pixels, shared):
+    """Share indirect irradiance among the pixels of a span of lines and their neighbours.
+
+    Averages go to `shared`, (P, N), and the `indirect` of flat pixels is computed again. `scratch`
+    is (W,) uint8, and (N + 1, W) float32.
+    """
+    (found, sums), bands = scratch, shared.shape[1]
+    for line in range(lines.first, lines.last):
+        first, pixel = (line - strip.first) * strip.width, line * strip.width
+        for column in range(strip.width):
+            sums[bands, column] = 1.0
+            for band in range(bands):
+                sums[band, column] = strip.light[band, first + column]
+        _add_partners(strip, line - strip.first, found, sums)
+        for column in range(strip.width):
+            factor = np.float32(1.0 / sums[bands, column])
+            for band in range(bands):
+                light = sums[band, column] * factor
+                shared[pixel + column, band] = light
+                if strip.planes[FLAT, first + column] != 0.0:
+                    pixels.indirect[pixel + column, band] = (
+                        pixels.reflectance[pixel + column, band] * light * np.float32(INV_PI)
+                    )
+
+
+@jit
+def _count_partners(film, footprint, pixel, enough):
+    """Return how many pixels have a part in a pixel's footprint, or `enough` if at least these."""
     column, row = pixel % film.width, pixel // film.width
     radius = footprint.radius
     margin = min(min(column, film.width - 1 - column), int(radius))
-    count = 0
+    count = 1
     for y in range(min(min(row, film.height - 1 - row), int(radius)) + 1):
         for x in range(-margin if y > 0 else 1, margin + 1):
             step = y * film.width + x
@@ -63,29 +184,9 @@ def _add_footprint(film, footprint, pixel, source, target):
                 and may_share(footprint, pixel, pixel - step)
             ):
                 count += 2
-                for band in range(source.shape[1]):
-                    target[pixel, band] += source[pixel + step, band] + source[pixel - step, band]
+                if count >= enough:
+                    return enough
     return count
-
-
-@kernel
-def share_irradiance(film, footprint, span, pixels, shared):
-    """Share indirect irradiance among the pixels of a span and their neighbours.
-
-    Averages of `pixels.irradiance_indirect` go to `shared`, (P, N), and the `indirect` of flat
-    pixels is computed again.
-    """
-    for pixel in range(span.first, span.last):
-        for band in range(shared.shape[1]):
-            shared[pixel, band] = pixels.irradiance_indirect[pixel, band]
-        if pixels.plane[pixel, FLAT] != 0.0:
-            count = 1 + _add_footprint(film, footprint, pixel, pixels.irradiance_indirect, shared)
-            factor = np.float32(1.0 / count)
-            for band in range(shared.shape[1]):
-                shared[pixel, band] *= factor
-                pixels.indirect[pixel, band] = (
-                    pixels.reflectance[pixel, band] * shared[pixel, band] * np.float32(INV_PI)
-                )
 
 
 @kernel
@@ -121,9 +222,9 @@ def fill_centre_fluorophores(scene, view, span, centre):
 
 
 @kernel
-def count_footprints(film, footprint, span, nothing, counts):
-    """Count the pixels of each footprint of a span; `nothing` is (P, 0)."""
+def count_footprints(film, footprint, span, enough, counts):
+    """Count the pixels of each footprint of a span, up to `enough`."""
     for pixel in range(span.first, span.last):
         counts[pixel] = 1
         if footprint.plane[pixel, FLAT] != 0.0:
-            counts[pixel] += _add_footprint(film, footprint, pixel, nothing, nothing)
+            counts[pixel] = _count_partners(film, footprint, pixel, enough)

@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 
 TILE = 512
 """Pixels of a span."""
+LINES = 16
+"""Lines of the image that are looked at, or share, at a time."""
 LEVELS = 64
 """Fluorescent surfaces that a path may nest; at each, its probability to nest is at most 3/4."""
 
@@ -114,6 +116,10 @@ class PassSetup:
     def over_pixels(self, task: Callable[[Span], object]) -> None:
         """Run a task over spans of pixels."""
         self.workers.ranges(lambda first, last: task(Span(first, last)), self.pixels, TILE)
+
+    def over_lines(self, task: Callable[[Span], object]) -> None:
+        """Run a task over spans of lines of the image."""
+        self.workers.ranges(lambda first, last: task(Span(first, last)), self.film.height, LINES)
 
     def render_pixels(self, task: Callable[[Span, Scratches], object]) -> dict[str, int]:
         """Run a camera pass over spans of pixels; return the rays that it cast, by kind."""

@@ -1,6 +1,5 @@
 """Decide how many samples each pixel gets, by a sampling pre-pass before the passes."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -51,8 +50,6 @@ AROUND = 4
 REACHES = 0.18, 0.28
 """Radius in space in images of 64 lines and of 240, in units of the root of 1 / (mean of 1 /
 distance² to the surfaces around): see `footprint_reach`."""
-LINES, PREPASS_LINES = 64, 16
-"""Lines of the image that are planned, and looked at, at a time."""
 
 
 def footprint_reach(film: Film) -> float:
@@ -97,9 +94,9 @@ class SharingRadii:
             sums = np.empty((2, 2 * view.film.width + 1))
             look_around(scene, view, key, span, lines, sums, nearness)
 
-        _over_lines(setup, look, PREPASS_LINES)
+        setup.over_lines(look)
         self._rays = rays
-        _over_lines(setup, self._fill)
+        setup.over_lines(self._fill)
 
     def _fill(self, span: Span) -> None:
         """Fill the radii of the pixels of a span of lines."""
@@ -125,13 +122,13 @@ def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> Sampli
         scratch = np.empty(SCRATCH), np.empty((2, 2 * view.film.width + 1, COLUMNS))
         run_prepass(scene, textured, view, key, span, scratch, plane, prepass)
 
-    _over_lines(setup, run, PREPASS_LINES)
+    setup.over_lines(run)
     counts = (storage.zeros(pixels, np.uint8) for _ in range(3))
     rays = MOST_AROUND if setup.has_differences else AROUND
     plan = SamplingPlan(*counts, radii.by(rays))
-    partners, nothing = storage.zeros(pixels, np.int32), np.zeros((pixels, 0), np.float32)
+    partners, enough = storage.zeros(pixels, np.uint8), SHARED_GATHERS // GATHERS
     footprint = Footprint(plane, plan.sharing_radius, 1.0, FOOTPRINT_PIXELS, FOOTPRINT_TURN)
-    setup.over_pixels(lambda span: count_footprints(view.film, footprint, span, nothing, partners))
+    setup.over_pixels(lambda span: count_footprints(view.film, footprint, span, enough, partners))
     if setup.has_differences:
         plan = plan._replace(links=_link(setup, plane, prepass.flat, plan.sharing_radius))
     planner = _Planner(
@@ -143,7 +140,7 @@ def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> Sampli
         setup.spreads,
         (MOST_LINKED_GATHERS, EDGE_GATHERS) if setup.has_differences else (MOST_GATHERS,) * 2,
     )
-    _over_lines(setup, lambda span: planner.plan(span, plan))
+    setup.over_lines(lambda span: planner.plan(span, plan))
     return plan
 
 
@@ -169,18 +166,13 @@ def _link(
     return links
 
 
-def _over_lines(setup: PassSetup, task: Callable[[Span], None], lines: int = LINES) -> None:
-    """Run a task over spans of so many lines of the image."""
-    setup.workers.ranges(lambda first, last: task(Span(first, last)), setup.film.height, lines)
-
-
 @dataclass(frozen=True)
 class _Planner:
     """Decides on the samples of pixels."""
 
     film: Film
     prepass: Prepass
-    partners: NDArray[np.int32]  # (P,) pixels of each footprint
+    partners: NDArray[np.uint8]  # (P,) pixels of each footprint, or enough for `GATHERS`
     light_samples: LightSamples  # of a pixel
     least: int  # camera samples of an even pixel
     spreads: bool  # whether the samples of a pixel differ

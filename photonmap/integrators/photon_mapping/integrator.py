@@ -39,12 +39,15 @@ from photonmap.kernels.core.passes import (
     CausticMap,
     Estimate,
     PhotonMaps,
+    Pixels,
     SamplingPlan,
+    Span,
 )
 from photonmap.kernels.core.record_types import absent
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import (
     Footprint,
+    cut_strip,
     fill_centre_fluorophores,
     share_fluorescence,
     share_irradiance,
@@ -136,11 +139,18 @@ class PhotonIntegrator:
         footprint = Footprint(
             pixels.plane, radius, reach, FOOTPRINT_PIXELS * scale, FOOTPRINT_TURN * scale
         )
-        self._setup.over_pixels(
-            lambda span: share_irradiance(self._setup.film, footprint, span, pixels, self._shared)
-        )
+        self._setup.over_lines(lambda lines: self._share_lines(footprint, lines, pixels))
         self.share_fluorescence(pixels.irradiance_indirect, self._shared, estimate)
         return estimate._replace(pixels=pixels._replace(irradiance_indirect=self._shared))
+
+    def _share_lines(self, footprint: Footprint, lines: Span, pixels: Pixels) -> None:
+        """Share the indirect irradiance of a span of lines, as `share_irradiance`."""
+        strip = cut_strip(self._setup.film, footprint, lines, pixels.irradiance_indirect)
+        scratch = (
+            np.empty(strip.width, np.uint8),
+            np.empty((len(strip.light) + 1, strip.width), np.float32),
+        )
+        share_irradiance(strip, lines, scratch, pixels, self._shared)
 
     def share_fluorescence(self, own: np.ndarray, shared: np.ndarray, estimate: Estimate) -> None:
         """Change what fluoresces as sharing changed indirect irradiance, (P, N)."""
