@@ -45,7 +45,7 @@ def compile_materials(materials: list[Material], bands: Bands) -> CompiledMateri
     """
     materials = [check_material(material) for material in materials]
     reflectance, mirror, glossy, tint = (
-        np.stack([reflectance_of(m, name, getattr(m, name), bands) for m in materials])
+        _reflectances(materials, name, bands)
         for name in ("reflectance", "mirror", "glossy", "tint")
     )
     ior = np.array([material.ior or 0.0 for material in materials])
@@ -219,6 +219,17 @@ def _lobe_index(material: Material, f0: Floats) -> float:
     """Return the index of refraction of a glossy lobe; 0 where Schlick's formula has to do."""
     is_colored = isinstance(material.glossy, Texture) or np.ptp(f0) > LEAST_COLOR * f0.max()
     return 0.0 if is_colored or material.edge is not None else lobe_index(f0.mean())
+
+
+def _reflectances(materials: list[Material], name: str, bands: Bands) -> Floats:
+    """Return the bands of a reflectance of materials, (M, N); most have 0 or 1 in common."""
+    rows: dict[object, Floats] = {}
+    colors = [getattr(material, name) for material in materials]
+    keys = [color if isinstance(color, float) else id(color) for color in colors]
+    for material, key, color in zip(materials, keys, colors, strict=True):
+        if key not in rows:
+            rows[key] = reflectance_of(material, name, color, bands)
+    return np.stack([rows[key] for key in keys])
 
 
 def reflectance_of(material: Material, name: str, color: Paint, bands: Bands) -> Floats:

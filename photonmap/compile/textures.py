@@ -129,6 +129,8 @@ def compile_textures(
     passed, opacity = np.full(len(materials), -1, np.int32), np.ones(len(materials))
     for index, material in enumerate(materials):
         for name in IMAGES:
+            if isinstance(getattr(material, name), float | tuple | None):
+                continue  # as most are
             with naming(f"material {material.name!r}: {name}"):
                 divisor = shrink[index] if name == "reflectance" else 1.0
                 rows[name][index] = use(_image(material, name), divisor)

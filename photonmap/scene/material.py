@@ -353,10 +353,12 @@ class Material:
     @property
     def is_textured(self) -> bool:
         """Whether a texture lies on it."""
-        textured = {name for name, each in parameters_of(Material).items() if each.textured}
-        if not self.is_coated:
-            textured.remove("coat_roughness")
-        is_painted = any(isinstance(getattr(self, name), Texture) for name in textured)
+        painted = (
+            name
+            for name, each in parameters_of(Material).items()
+            if each.textured and isinstance(getattr(self, name), Texture)
+        )
+        is_painted = any(name != "coat_roughness" or self.is_coated for name in painted)
         is_turned = self.relief is not None or self.own_coat_relief is not None
         return is_painted or is_turned or self.is_brushed
 
@@ -456,8 +458,9 @@ class Material:
     @property
     def is_narrow_metal(self) -> bool:
         """Whether it is bare metal whose lobe is so narrow that specular chains follow it."""
-        even = not (self.has_textured_lobe or self.is_anisotropic or self.is_covered)
-        return self.is_glossy and even and self._is_bare and self.lobe_alpha < NARROW_ALPHA
+        if not self.is_glossy or self.has_textured_lobe or self.is_anisotropic or self.is_covered:
+            return False
+        return self._is_bare and self.lobe_alpha < NARROW_ALPHA
 
     @property
     def is_metal_mirror(self) -> bool:

@@ -29,7 +29,7 @@ Vector = tuple[float, float, float]
 
 def finite(value: object) -> float | None:
     """Return a finite number as a float, None for anything else."""
-    if not isinstance(value, Real) or isinstance(value, bool):
+    if type(value) is not float and (not isinstance(value, Real) or isinstance(value, bool)):
         return None
     try:
         number = float(value)
@@ -311,8 +311,9 @@ def check_parameters(
     the attribute that is not valid; or it is that which `error` makes of attribute and problem.
     """
     plain: dict[str, Any] = {}
-    defaults = {each.name: each.default for each in fields(described)}
-    for attribute, parameter in parameters_of(type(described)).items():
+    kind: Any = type(described)
+    defaults = _defaults_of(kind)
+    for attribute, parameter in parameters_of(kind).items():
         value = getattr(described, attribute)
         is_none = value is None and defaults[attribute] is None
         if is_none or (parameter.textured and isinstance(value, Texture)):
@@ -323,6 +324,11 @@ def check_parameters(
             made = error(attribute, str(invalid)) if error else InputError(f"{attribute} {invalid}")
             raise made from None
     return plain
+
+
+@cache
+def _defaults_of(described: Any) -> dict[str, Any]:
+    return {each.name: each.default for each in fields(described)}
 
 
 def parameters_of(described: Any) -> dict[str, Parameter]:

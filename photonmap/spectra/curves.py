@@ -299,10 +299,21 @@ def integrate_products(
     grid their product is quadratic, and Simpson's rule is exact. `nodes`, (K,), are the curves'
     wavelengths.
     """
+    grid, before, after = product_weights(wavelengths, weights, nodes)
+    g = resample(grid, nodes, curves)
+    g0, g1 = g[:, :-1], g[:, 1:]
+    return before @ (2.0 * g0 + g1).T + after @ (g0 + 2.0 * g1).T
+
+
+def product_weights(
+    wavelengths: Floats, weights: Floats, nodes: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return the merged grid, (M,), of `integrate_products`, and weights of its steps.
+
+    They are (W, M - 1), of 2 g + g' and of g + 2 g', with g and g' a curve where a step begins and
+    ends.
+    """
     inside = nodes[(nodes > wavelengths[0]) & (nodes < wavelengths[-1])]
     grid = merge_grids(wavelengths, inside)
     f = resample(grid, wavelengths, weights)
-    g = resample(grid, nodes, curves)
-    f0, f1 = f[:, :-1] * np.diff(grid) / 6.0, f[:, 1:] * np.diff(grid) / 6.0
-    g0, g1 = g[:, :-1], g[:, 1:]
-    return f0 @ (2.0 * g0 + g1).T + f1 @ (g0 + 2.0 * g1).T
+    return grid, f[:, :-1] * np.diff(grid) / 6.0, f[:, 1:] * np.diff(grid) / 6.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from photonmap.spectra.curves import (
     Spectrum,
     integrate_products,
     merge_grids,
+    product_weights,
     resample,
 )
 
@@ -110,10 +111,21 @@ def reflectance_to_rgb(spectrum: Spectrum) -> Floats:
     As `radiance_to_rgb` otherwise.
     """
     spectrum.check_covers(*VISIBLE)
+    grid, light, merged, before, after = _under_d65(spectrum.wavelengths.tobytes())
+    g = np.interp(merged, grid, light * spectrum(grid))
+    return before @ (2.0 * g[:-1] + g[1:]) + after @ (g[:-1] + 2.0 * g[1:])
+
+
+@lru_cache(maxsize=16)
+def _under_d65(wavelengths: bytes) -> tuple[Floats, ...]:
+    """Return what reflectances at the same wavelengths, of which scenes have many, share.
+
+    The grid on which light is reflected, D65 there, and `product_weights` of the eye on it.
+    """
     eye = observer()
-    grid = merge_grids(eye.wavelengths, spectrum.wavelengths)
+    grid = merge_grids(eye.wavelengths, np.frombuffer(wavelengths))
     light = np.interp(grid, eye.wavelengths, eye.d65)
-    return radiance_to_rgb(Spectrum(grid, light * spectrum(grid)))
+    return grid, light, *product_weights(eye.wavelengths, eye.matching, grid)
 
 
 def upsample_reflectance(rgb: ArrayLike) -> Spectrum:

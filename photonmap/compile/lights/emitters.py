@@ -85,11 +85,12 @@ def compile_lights(
     """
     material = geometry.material
     emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
-    area_names = [materials[k].name for k in material[emission[material].any(axis=1)]]
+    emits = np.asarray(emission.any(axis=1))
+    area_names = [materials[k].name for k in material[emits[material]]]
     shining = _find_shining(lights, area_names, bands, camera)
     portals = find_portals(materials, emission)
     opens = portals & (shining.dome >= 0)
-    emitting = np.flatnonzero((emission.any(axis=1) | opens)[material])
+    emitting = np.flatnonzero((emits | opens)[material])
     rest = [k for k in range(len(shining.lights)) if k != shining.dome or not opens.any()]
     layout = _lay_out(geometry, emitting, [shining.lights[k] for k in rest], frame)
     layout = _let_suns_in(geometry, portals, layout)

@@ -132,7 +132,8 @@ def given_tangents(meshes: Sequence[Mesh]) -> Floats:
     """Return the tangents that meshes have, (V, 4), of length 1 and with a sign; 0 for none."""
     rows = []
     for mesh in meshes:
-        tangents, normals = mesh.unit_tangents, mesh.unit_normals
+        tangents = mesh.unit_tangents
+        normals = None if tangents is None else mesh.unit_normals
         if tangents is None or normals is None:
             rows.append(np.zeros((len(mesh.vertices), 4)))
         else:
