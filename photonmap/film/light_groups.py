@@ -48,6 +48,8 @@ class LightGroups:
             group: Accumulator(
                 size, columns.distinct, workers, specular, None, storage, fluorescent
             )
+            if len(columns.groups) > 1
+            else self.whole
             for group in (columns.groups if split else ())
         }
 
@@ -80,6 +82,8 @@ class LightGroups:
     def _take(self, pixels: Pixels, seen: NDArray[np.float32] | None, weight: Weight) -> None:
         columns = self._columns
         for index, accumulator in enumerate(self._groups.values()):
+            if accumulator is self.whole:  # there is one group
+                continue
             part = None if seen is None else columns.of_group(seen, index)
             accumulator.add(split_pixels(columns, pixels, index), part, weight)
         whole = split_pixels(columns, pixels), None if seen is None else columns.whole(seen)

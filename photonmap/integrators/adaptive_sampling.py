@@ -172,6 +172,12 @@ COSTS = {0.125: (0.25, 1.0), 0.25: (0.33, 0.51), 0.5: (0.55, 0.22), 1.0: (1.0, 0
 """By fractions of the usual samples: the time of a pass over that of a full one, and the passes
 needed over those of eighths. Means over the Cornell box, `studio`, `kitchen` and `living_room`,
 128×128 and 160×120."""
+COSTS_OF_MANY = {0.125: (0.29, 1.0), 0.25: (0.33, 0.76), 0.5: (0.56, 0.37), 1.0: (1.0, 0.15)}
+"""The same where a light tree chooses among many emitters: `kitchen`, `living_room` and `vase`,
+320×240."""
+LEAST_OF_MANY = 16
+"""Light samples of a pixel there, unless there are fewer in a full pass: fewer leave emitters out,
+so that variance falls with the square of their number or faster."""
 MOST_LIGHTS = 4
 """Light samples of a pixel up to which one camera sample serves all; more are for penumbrae."""
 PHOTONS = 2
@@ -183,16 +189,20 @@ def first_size(goal: Goal | None) -> float:
     return min(COSTS) if goal is not None and goal.limit >= LOOSE else 1.0
 
 
-def choose_size(needed: float) -> float:
-    """Return the size of passes that costs least, where so many eighths would meet the goal."""
+def choose_size(needed: float, many: bool = False) -> float:
+    """Return the size of passes that costs least, where so many eighths would meet the goal.
+
+    A light tree chooses among `many` emitters.
+    """
+    costs = COSTS_OF_MANY if many else COSTS
     if not math.isfinite(needed):
         return 1.0
 
     def time(size: float) -> float:
-        seconds, passes = COSTS[size]
+        seconds, passes = costs[size]
         return seconds * max(needed * passes, LEAST_PASSES)
 
-    return min(COSTS, key=time)
+    return min(costs, key=time)
 
 
 def photons_of(photons: int, size: float) -> int:
@@ -201,10 +211,11 @@ def photons_of(photons: int, size: float) -> int:
     return max(int(min(more * size, photons)), min(photons, LEAST_PHOTONS))
 
 
-def resize(plan: SamplingPlan, size: float) -> SamplingPlan:
+def resize(plan: SamplingPlan, size: float, many: bool = False) -> SamplingPlan:
     """Return a plan with fewer samples of the camera, or where these are few, of everything.
 
-    Where edges of surfaces or shadows may cross a pixel, half of those of the camera are kept.
+    Where edges of surfaces or shadows may cross a pixel, half of those of the camera are kept;
+    `LEAST_OF_MANY` light samples are kept where a light tree chooses among `many` emitters.
     """
     if size == 1.0:
         return plan
@@ -217,6 +228,9 @@ def resize(plan: SamplingPlan, size: float) -> SamplingPlan:
         samples[part] = np.maximum(np.where(is_uneven, np.maximum(wanted, 0.5 * usual), wanted), 1)
         rest = wanted / samples[part]
         lights[part] = _scaled(plan.lights[part], rest)
+        if many:
+            least = np.minimum(usual.astype(np.float32) * plan.lights[part], LEAST_OF_MANY)
+            lights[part] = np.maximum(lights[part], np.ceil(least / samples[part]))
         gathers[part] = _scaled(plan.gathers[part], rest)
     return plan._replace(samples=samples, lights=lights, gathers=gathers)
 

@@ -217,6 +217,10 @@ class Integrator(Protocol):
         """Whether pixels share their indirect light with neighbours."""
 
     @property
+    def many_lights(self) -> bool:
+        """Whether a light tree chooses among emitters, so that small passes need more samples."""
+
+    @property
     def has_supports(self) -> bool:
         """Whether light is averaged over cells, footprints or disks, which biases it."""
 

@@ -29,7 +29,7 @@ from photonmap.kernels.integrators.camera_pass import path_pass
 class PathIntegrator:
     """Estimates pixels by path tracing with next-event estimation; see `Integrator`."""
 
-    shares = has_supports = adapts = False
+    many_lights = shares = has_supports = adapts = False
     setup_seconds = 0.0
     sample_scales: np.ndarray | None = None
 

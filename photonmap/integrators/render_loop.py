@@ -209,7 +209,8 @@ class RenderLoop:
 
     def _settle(self, error: float) -> None:
         """Choose the size of passes by the error of the first ones; begin again if it changes."""
-        size = choose_size(self._forecast.passes_needed(self._moments.passes, error))
+        needed = self._forecast.passes_needed(self._moments.passes, error)
+        size = choose_size(needed, self._integrator.many_lights)
         self._settled = True
         if size == self.pass_samples:
             return

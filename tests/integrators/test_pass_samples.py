@@ -9,6 +9,7 @@ from helpers.marks import slow
 import photonmap as pm
 from photonmap.film.budget import LEAST_PASSES, LEAST_PHOTONS, PASS_SAMPLES, Goal
 from photonmap.integrators.adaptive_sampling import (
+    LEAST_OF_MANY,
     LOOSE,
     MOST_LIGHTS,
     choose_size,
@@ -87,21 +88,26 @@ def test_a_resumed_render_keeps_its_size(cornell, tmp_path, error):
 def test_the_cheapest_size_is_chosen():
     needed = dict(zip((LEAST_PASSES, 15, 40, 80, math.inf), (*PASS_SAMPLES, 1.0), strict=True))
     assert {passes: choose_size(passes) for passes in needed} == needed
+    many = dict(zip((8, 12, 25, 70, math.inf), (*PASS_SAMPLES, 1.0), strict=True))
+    assert {passes: choose_size(passes, many=True) for passes in many} == many
     assert first_size(Goal(LOOSE)) == 0.125
     assert first_size(Goal(0.9 * LOOSE)) == first_size(None) == 1.0
 
 
+@pytest.mark.parametrize("many", [False, True])
 @pytest.mark.parametrize("size", PASS_SAMPLES)
-def test_as_many_rays_as_the_size_says(size):
-    """Fewer of the camera first, and at least one of each kind that there was."""
+def test_as_many_rays_as_the_size_says(size, many):
+    """Fewer of the camera first, at least one of each kind that there was, 16 of many lights."""
     counts = np.array([[16, 4, 1, 1], [8, 1, 32, 1], [16, 4, 8, 0]], np.uint8)
-    plan = resize(SamplingPlan(*counts, np.zeros(4, np.float32)), size)
+    plan = resize(SamplingPlan(*counts, np.zeros(4, np.float32)), size, many)
     rays = plan.samples.astype(int) * [plan.lights, plan.gathers]
     assert (plan.samples >= 1).all()
     is_uneven = (counts[0] > SAMPLES) | (counts[0] * size * counts[1] > MOST_LIGHTS)
     least = np.where(is_uneven, counts[0] * max(size, 0.5), counts[0] * size)
     np.testing.assert_array_equal(plan.samples, np.maximum(least, 1))
     wanted = np.maximum(np.ceil(counts[0] * size * counts[1:]), counts[1:] > 0)
+    if many:
+        wanted[0] = np.maximum(wanted[0], np.minimum(counts[0] * counts[1], LEAST_OF_MANY))
     np.testing.assert_array_equal(rays, wanted)
 
 

@@ -84,6 +84,11 @@ class PhotonIntegrator:
         return self._setup.simulates("indirect")
 
     @property
+    def many_lights(self) -> bool:
+        """Whether a light tree chooses among emitters."""
+        return self._setup.compiled.arrays.lights.tree is not None
+
+    @property
     def has_supports(self) -> bool:
         """Whether light is averaged over cells, footprints or disks."""
         return self.shares or (self._specular and self._setup.simulates("caustics"))
@@ -176,7 +181,7 @@ class PhotonIntegrator:
         self._size = size
         vars(self).pop("_tracer", None)
         with self._setting_up():
-            self.plan = resize(self._usual_plan, size)
+            self.plan = resize(self._usual_plan, size, self.many_lights)
 
     @cached_property
     def plan(self) -> SamplingPlan:
