@@ -337,8 +337,7 @@ def compile_and_plan(
         settings.pixels, 1, settings.photons, faces, passes, unbiased=unbiased, buffers=buffers
     )
     check_memory(least.need, settings.memory)  # refused before time is spent on compiling
-    compiling = compile_scene if shared is None else shared.compile
-    compiled = compiling(scene, bands, film.width / film.height)
+    compiled = (shared.compile if shared else compile_scene)(scene, bands, film.width / film.height)
     fingerprint = describe_run(compiled, bands, film, settings.deciding)
     effects = plan_effects(compiled, settings.effects, count_distinct(compiled), bands.count)
     simulated = leave_out(compiled, effects)
@@ -354,6 +353,7 @@ def compile_and_plan(
         specular=pass_scene.has_residual,
         fluorescent=pass_scene.fluorescence is not None,
         per_light=settings.per_light,
+        filtered=settings.filter_direct,
         buffers=kept,
     )
     storage = check_memory(work.need, settings.memory)
@@ -440,6 +440,7 @@ def _make_sums(
     integrator: Integrator,
     columns: SpectralColumns,
 ) -> Sums:
+    filters = why_unfiltered(plan, settings) is None
     moments = LightGroups(
         columns,
         settings.film,
@@ -448,8 +449,21 @@ def _make_sums(
         plan.storage,
         plan.pass_scene.fluorescence is not None,
         integrator.adapts,
+        (lambda: integrator.surfaces) if filters else None,
     )
     return moments, BiasProbe(integrator, settings.film, columns, settings.unbiased)
+
+
+def why_unfiltered(plan: RenderPlan, settings: Settings) -> str | None:
+    """Return why direct light is not filtered; None if it is."""
+    cases = {
+        "it was not asked for": not settings.filter_direct,
+        "each light group has noise of its own": settings.per_light,
+        "path tracing and renders without bias share nothing": settings.integrator != "photon",
+        "there is no direct light": not plan.effects.on("direct"),
+        "all shadows are sharp": not plan.effects.on("soft_shadows"),
+    }
+    return next((why for why, is_so in cases.items() if is_so), None)
 
 
 def _as_one(integrator: Integrator, parts: Sequence[Sums], mixes: Sequence[Mix]) -> Any:
@@ -528,15 +542,24 @@ def describe_plan(scene: Scene, run: Run) -> dict[str, Any]:
     }
 
 
+def describe_filter(run: Run) -> dict[str, Any]:
+    """Return what the record says of filtered direct light."""
+    why, kept = why_unfiltered(run.plan, run.settings), run.moments.filter
+    if kept is None or kept.pixels == 0:
+        return {"on": False, "why": why or "passes are few, or no flat pixel has noise"}
+    return {"on": True, "pixels": kept.pixels, "change": kept.change}
+
+
 def describe_passes(run: Run) -> dict[str, Any]:
     """Return what the record says of the passes."""
-    integrator, loop, moments = run.integrator, run.loop, run.moments.whole
+    integrator, loop, moments = run.integrator, run.loop, run.moments.filtered
     error, bias = moments.error(lit=integrator.stores_photons), loop.bias
     known = math.isfinite(error) and moments.states_error(integrator.stores_photons)
     return {
         "passes": moments.count,
         "pass_samples": loop.pass_samples,
         **integrator.counters.describe(),
+        "direct_filter": describe_filter(run),
         "error": math.hypot(error, bias or 0.0) if known else None,
         "standard_error": error if known else None,
         "bias": bias,

@@ -164,6 +164,12 @@ class Options:
         "elsewhere",
         group="sampling", decides=True,
     )  # fmt: skip
+    filter_direct: bool = option(
+        False,
+        "average direct light over pixels of a surface where passes show it to be the same, which "
+        "errors allow for; not with per_light, unbiased or method path, nor to be merged",
+        group="sampling", decides=True,
+    )  # fmt: skip
     pass_samples: float | None = option(
         None, "samples of a pass, as a fraction of the usual: 1, 0.5, 0.25 or 0.125",
         default_text="1; less where a loose error is the goal, if that meets it sooner",

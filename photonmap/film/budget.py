@@ -94,6 +94,8 @@ def refuse_omitted(goal: Goal | None, kept: Collection[str], lacking: Collection
 DEFAULT_ERROR = 0.02
 LEAST_PASSES = 8
 """Before these, a spread over passes is too uncertain to stop on."""
+NEAR = 1.5
+"""Errors over the goal from which on direct light is filtered to see whether that meets it."""
 MOST_PASSES = (1 << 32) - 1
 """That the counts of passes, 32 bits, can hold."""
 LEAST_PHOTONS = 1 << 14
@@ -167,6 +169,10 @@ class Budget:
     def ceiling(self) -> float:
         """Seconds after which no further pass begins."""
         return math.inf if self.passes else (self.seconds or CEILING)
+
+    def is_near(self, error: float) -> bool:
+        """Return whether an error exceeds the goal by so little that filtering may meet it."""
+        return self.goal is not None and 1.0 < error / self.goal.limit <= NEAR
 
     def is_spent(self, count: int, error: float, elapsed: float) -> bool:
         """Return whether to stop after `count` passes and `elapsed` seconds.

@@ -67,6 +67,11 @@ class IlluminationMoments:
         self.whole = _Worst([part.whole for part in parts])
 
     @property
+    def filtered(self) -> _Worst:
+        """Those that are read out, of filtered direct light."""
+        return _Worst([part.filtered for part in self.parts])
+
+    @property
     def passes(self) -> int:
         """How many were taken in."""
         return self.parts[0].passes

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from photonmap.buffers import BY_NAME, group_name, names_where, split_name
 from photonmap.compile.spectral_columns import SpectralColumns, split_pixels
 from photonmap.film.blocks import BlockMoments
+from photonmap.film.direct_filter import DirectFilter, Surfaces
 from photonmap.film.moments import ALL, Accumulator, Buffers
 from photonmap.film.replicates import ONE_PASS, Replicate, replicate_size, weigh
 from photonmap.kernels.core.passes import Film, Pixels
@@ -23,7 +24,10 @@ OF_GROUPS = names_where(per_light=True)
 
 
 class LightGroups:
-    """Takes in passes one by one, each with what `columns` carry."""
+    """Takes in passes one by one, each with what `columns` carry.
+
+    Direct light is filtered if `surfaces` are given: see `DirectFilter`. Light groups are not.
+    """
 
     def __init__(
         self,
@@ -34,10 +38,16 @@ class LightGroups:
         storage: Storage = RAM,
         fluorescent: bool = False,
         replicates: bool = True,
+        surfaces: Surfaces | None = None,
     ) -> None:
         self._columns, self._storage, size = columns, storage, film.width * film.height
         self.whole = Accumulator(
             size, columns.distinct, workers, specular, columns.weights, storage, fluorescent
+        )
+        self.filter = (
+            None
+            if surfaces is None
+            else DirectFilter(film, columns.distinct, workers, surfaces, storage)
         )
         rows = 9 if fluorescent else 5 if specular else 0
         self._replicate = Replicate((size, columns.count), rows, workers, storage)
@@ -87,6 +97,8 @@ class LightGroups:
             part = None if seen is None else columns.of_group(seen, index)
             accumulator.add(split_pixels(columns, pixels, index), part, weight)
         whole = split_pixels(columns, pixels), None if seen is None else columns.whole(seen)
+        if self.filter is not None:
+            self.filter.add(whole[0].direct, self.whole.count, weight.part)
         self.whole.add(*whole, weight)
         self._blocks.add(*whole, weight)
 
@@ -97,12 +109,18 @@ class LightGroups:
         return (
             self._blocks.arrays
             | self._replicate.arrays
+            | ({} if self.filter is None else self.filter.arrays)
             | {
                 f"{index} {name}": array
                 for index, accumulator in accumulators
                 for name, array in accumulator.arrays.items()
             }
         )
+
+    @property
+    def filtered(self) -> Accumulator:
+        """The moments of the whole as they are read out: of filtered direct light."""
+        return self.whole if self.filter is None else self.filter.apply(self.whole)
 
     def resume(self, count: int) -> None:
         """Go on after `count` passes, those that `arrays` were filled with."""
@@ -123,7 +141,7 @@ class LightGroups:
         Those of groups are named as in "direct@sun". Where lights are split, buffers of the whole
         are the sums of theirs, in their order. A covariance that is 0 everywhere is left out.
         """
-        buffers, errors = self.whole.finish(scale, ALL if self._groups else kept)
+        buffers, errors = self.filtered.finish(scale, ALL if self._groups else kept)
         for index, (group, accumulator) in enumerate(self._groups.items()):
             parts, spreads = accumulator.finish(scale, OF_GROUPS)
             for name, part in parts.items():

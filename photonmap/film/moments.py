@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Container
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from photonmap.kernels.film.moments import (
     sum_relative_variance,
     sum_valid,
 )
-from photonmap.runtime.storage import RAM, Storage
+from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
 
 RANGE = 8192
@@ -101,6 +102,36 @@ class Accumulator:
         own = self._moments._asdict()
         parts = own.pop("fluorescence"), self._specular
         return own | {k: v for part in parts if part is not None for k, v in part._asdict().items()}
+
+    @property
+    def parts(self) -> tuple[Moments, SpecularMoments | None]:
+        """The arrays as kernels take them."""
+        return self._moments, self._specular
+
+    def with_direct(
+        self, gain: NDArray[np.float32], variance: NDArray[np.float32]
+    ) -> "Accumulator":
+        """Return moments of other direct light; all else is shared.
+
+        Over reflectance it gains so much, (P, N), and its mean has another variance, where all of
+        it is diffuse and nothing emits; NaN stands for what stays. It remains correlated with
+        indirect light as it was.
+        """
+        changed, own = copy(self), self._moments
+        names = "direct", "direct_spread", "diffuse_spread", "radiance_spread"
+        arrays = {name: self._storage.zeros(gain.shape, own.direct.dtype) for name in names[:1]}
+        arrays |= {name: self._storage.zeros(gain.shape) for name in names[1:]}
+        for part in strips(self._size):
+            before, r = own.direct_spread[part], own.reflectance[part]
+            spread = variance[part] * (r * r * self._divisor(part)[:, None])
+            ratio = np.sqrt(np.divide(spread, before, out=np.ones_like(spread), where=before > 0.0))
+            indirect = own.indirect_spread[part]
+            whole = spread + indirect + ratio * (own.radiance_spread[part] - before - indirect)
+            values = own.direct[part] + gain[part] * r, spread, whole, whole
+            for name, value in zip(names, values, strict=True):
+                arrays[name][part] = np.where(np.isnan(gain[part]), getattr(own, name)[part], value)
+        changed._moments = own._replace(**arrays)
+        return changed
 
     def error(
         self, buffer: str = "radiance", percentile: float | None = None, lit: bool = True

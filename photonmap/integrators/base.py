@@ -213,6 +213,13 @@ class Integrator(Protocol):
         """How many samples each pixel gets before they are scaled."""
 
     @property
+    def surfaces(self) -> np.ndarray:
+        """The plane that each pixel shows, (P, 7), by geometry alone; zeros where it is not flat.
+
+        `kernels.film.pixels` says what is in it.
+        """
+
+    @property
     def shares(self) -> bool:
         """Whether pixels share their indirect light with neighbours."""
 

@@ -17,11 +17,13 @@ SPECULAR_BYTES_PER_VALUE = 44
 """Moments and passes of caustics and of what is seen via specular surfaces."""
 FLUORESCENT_BYTES_PER_VALUE = 84
 """Moments and passes of fluorescence and of what excites it."""
+FILTER_BYTES = 92, 144
+"""Of a value, and of a pixel, to filter direct light when a render is read out."""
 UNBIASED_BUFFERS = 8
 """Arrays of an unbiased pass besides: differences, rounds of averages, reflectance."""
 OF_REPLICATES = 6, 5, 4
 """Arrays that add up the passes of a replicate: in any scene, and as above."""
-BYTES_PER_PIXEL = 118
+BYTES_PER_PIXEL = 146
 """Bytes of a pixel besides bands and the buffers that are kept: sampling plan, planes, counts."""
 BYTES_PER_TRIANGLE = 300
 """Arrays, Embree's tree, and what its construction needs for a moment."""
@@ -49,6 +51,7 @@ class Work:
     unbiased: bool = False  # pixels share by differences
     buffers: Collection[str] = DEFAULT  # names of those that are kept
     fluorescent: bool = False  # surfaces fluoresce
+    filtered: bool = False  # direct light is filtered
 
     @property
     def need(self) -> Need:
@@ -70,6 +73,7 @@ class Work:
         per_value = BYTES_PER_VALUE + 4 * buffers + SPECULAR_BYTES_PER_VALUE * self.specular
         per_value += FLUORESCENT_BYTES_PER_VALUE * self.fluorescent
         per_pixel = BYTES_PER_PIXEL + self.bands * per_value + 4 * kept_values
+        per_pixel += self.filtered * (FILTER_BYTES[0] * self.bands + FILTER_BYTES[1])
         cells = 2.0 * self.photons * MOST_CELLS_PER_PHOTON
         caches = cells * self.bands * 4 * (bundle_count(self.photons) + 2)
         return Need(always, self.pixels * per_pixel + caches)

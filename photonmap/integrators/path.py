@@ -60,6 +60,11 @@ class PathIntegrator:
         return plan_sampling(self._setup)
 
     @property
+    def surfaces(self) -> np.ndarray:
+        """Zeros: nothing is shared by planes."""
+        return np.zeros((self._setup.pixels, 7), np.float32)
+
+    @property
     def stores_photons(self) -> bool:
         """Whether photons are stored, so that a pixel that found none is unresolved."""
         return self.counters.stores > 0

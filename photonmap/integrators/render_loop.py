@@ -13,6 +13,7 @@ from photonmap.film.bias import BiasProbe
 from photonmap.film.budget import LEAST_PASSES, Budget
 from photonmap.film.forecast import Forecast
 from photonmap.film.light_groups import LightGroups
+from photonmap.film.moments import Accumulator
 from photonmap.integrators.adaptive_sampling import (
     PILOT_PASSES,
     AdaptiveSampling,
@@ -146,11 +147,14 @@ class RenderLoop:
 
     def error(self) -> float:
         """Return the error that the budget limits, so far; that of radiance if it limits none."""
+        error = self._error_of(self._moments.whole)
+        return self._error_of(self._moments.filtered) if self._budget.is_near(error) else error
+
+    def _error_of(self, moments: Accumulator) -> float:
         goal, lit = self._budget.goal, self._integrator.stores_photons
         if goal is None or goal.is_plain:
-            error = self._moments.whole.error(lit=lit)
-            return math.hypot(error, self.bias or 0.0)
-        return self._moments.whole.error(goal.buffer, goal.percentile, lit)
+            return math.hypot(moments.error(lit=lit), self.bias or 0.0)
+        return moments.error(goal.buffer, goal.percentile, lit)
 
     @property
     def bias(self) -> float | None:

@@ -12,6 +12,7 @@ from photonmap.kernels.core.records import Lights, SceneArrays
 from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints
 from photonmap.kernels.film.linked_pixels import link_pixels
+from photonmap.kernels.film.pixels import FLAT
 from photonmap.kernels.integrators.prepass import COLUMNS, MOST_AROUND, look_around, run_prepass
 from photonmap.kernels.lights.selection import SCRATCH
 
@@ -73,6 +74,8 @@ class SharingRadii:
     def __init__(self, setup: PassSetup) -> None:
         self._setup, self._rays = setup, 0
         self._nearness, self._radii = (setup.storage.zeros(setup.pixels) for _ in range(2))
+        self.plane = setup.storage.zeros((setup.pixels, 7))
+        """That each pixel shows, if it is flat, as the pre-pass sees it"""
 
     def of_pass(self, index: int) -> NDArray[np.float32]:
         """Return the radii in full pass `index`, (P,), in space; the next call overwrites them."""
@@ -116,7 +119,7 @@ def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> Sampli
     scene, view, storage, pixels = setup.compiled.arrays, setup.view, setup.storage, setup.pixels
     textured, key = _textured_materials(scene), setup.key(0, Domain.PREPASS)
     prepass = Prepass(*(storage.zeros(pixels, np.uint8) for _ in Prepass._fields))
-    plane = storage.zeros((pixels, 7))
+    plane = radii.plane
 
     def run(span: Span) -> None:
         scratch = np.empty(SCRATCH), np.empty((2, 2 * view.film.width + 1, COLUMNS))
@@ -141,6 +144,7 @@ def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> Sampli
         (MOST_LINKED_GATHERS, EDGE_GATHERS) if setup.has_differences else (MOST_GATHERS,) * 2,
     )
     setup.over_lines(lambda span: planner.plan(span, plan))
+    plane[:, FLAT] = prepass.flat
     return plan
 
 

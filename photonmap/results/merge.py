@@ -207,6 +207,11 @@ def _check_complete(result: Result, name: str) -> None:
     """Raise InputError if a result lacks what merging takes."""
     if "fingerprint" not in result.record:
         raise InputError(f"{name}: its record lacks what merging needs; render it again")
+    if result.record.get("direct_filter", {}).get("on"):
+        raise InputError(
+            f"{name}: direct light was filtered by its own passes, and merging would not lower "
+            "what that changes; render it without filter_direct"
+        )
     glows = result.record.get("effects", {}).get("fluorescence", {}).get("on")
     required = (*REQUIRED, "fluorescence") if glows else REQUIRED
     missing = [buffer for buffer in required if buffer not in result.buffers]

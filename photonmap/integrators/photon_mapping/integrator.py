@@ -188,6 +188,12 @@ class PhotonIntegrator:
         """How many samples each pixel gets before they are scaled."""
         return self._usual_plan
 
+    @property
+    def surfaces(self) -> np.ndarray:
+        """The plane that each pixel shows, (P, 7), as the sampling pre-pass sees it."""
+        assert self._usual_plan
+        return self._radii.plane
+
     @cached_property
     def _tracer(self) -> PhotonTracer:
         setup = self._setup

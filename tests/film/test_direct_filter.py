@@ -1,0 +1,147 @@
+"""Filtered direct light: less noise, errors that hold, and the same bits as ever."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from helpers.scenes import quad
+
+import photonmap as pm
+from photonmap.dataset.jobs.parts import plan_parts
+from photonmap.film.direct_filter import DirectFilter
+from photonmap.film.moments import Accumulator
+from photonmap.kernels.core.passes import Film, Pixels
+from photonmap.runtime.workers import Workers
+from photonmap.settings import Options
+
+SIDE, PASSES = 64, 16
+
+
+def filtered(light, noise, rng, reflectance=0.5):
+    """Moments of a flat surface that so much direct light reaches, (P, N), before and after."""
+    size, bands = light.shape
+    plane = np.zeros((size, 7), np.float32)
+    plane[:, 0], plane[:, 1] = np.divmod(np.arange(size), SIDE)
+    plane[:, 5:] = 1.0
+    nothing = np.zeros((size, bands), np.float32)
+    whole = np.full((size, bands), reflectance, np.float32)
+    with Workers(2) as workers:
+        moments = Accumulator(size, bands, workers)
+        kept = DirectFilter(Film(SIDE, SIDE, True), bands, workers, lambda: plane)
+        for index in range(PASSES):
+            direct = (reflectance * (light + noise(rng, (size, 1)))).astype(np.float32)
+            pixels = Pixels(
+                nothing, direct, nothing, whole, nothing, nothing,
+                np.ones(size, np.float32), np.zeros(size, np.uint8), plane,
+            )  # fmt: skip
+            kept.add(direct, index, 1.0)
+            moments.add(pixels)
+        images = [each.finish(1.0) for each in (moments, kept.apply(moments))]
+    return [SimpleNamespace(value=b["direct"], error=e["direct"]) for b, e in images]
+
+
+def normal(rng, shape):
+    return 0.1 * rng.standard_normal(shape)
+
+
+def rare(rng, shape):
+    """Of mean 0: one pass in eight meets what the others miss."""
+    return 0.7 * (rng.random(shape) < 0.125) - 0.0875
+
+
+@pytest.mark.parametrize("noise", [normal, rare])
+def test_even_light_has_less_noise_as_errors_state(noise):
+    light = np.ones((SIDE * SIDE, 2)) * [1.0, 2.0]
+    before, after = filtered(light, noise, np.random.default_rng(1))
+    off = after.value - 0.5 * light
+    assert (off**2).mean() < 0.1 * ((before.value - 0.5 * light) ** 2).mean()
+    assert 0.7 < (off**2).mean() / (after.error**2).mean() < 1.0
+    assert 0.93 < (np.abs(off) < 1.96 * after.error).mean() < 0.98
+
+
+@pytest.mark.parametrize("width", [0.5, 2.0, 6.0])
+def test_edges_of_shadows_stay(width):
+    """Of any width, and where one side has no noise."""
+    across = np.arange(SIDE * SIDE) % SIDE - SIDE / 2 + 0.5
+    light = 1.0 + np.tanh(across / width)[:, None]
+    quiet = (across > 2.0 * width)[:, None]
+
+    def noise(rng, shape):
+        return np.where(quiet, 0.0, normal(rng, shape))
+
+    before, after = filtered(light, noise, np.random.default_rng(2))
+    far = (across > 2.0 * width + 6.0)[:, None]
+    np.testing.assert_array_equal(after.value[far], before.value[far])
+    z, plain = (
+        np.abs(each.value - 0.5 * light)[~far] / np.maximum(each.error[~far], 1e-6)
+        for each in (after, before)
+    )
+    assert (z < 1.96).mean() > 0.92
+    assert (z > 4.0).sum() <= (plain > 4.0).sum()
+
+
+@pytest.fixture(scope="module")
+def settings():
+    """Of a plate that shades a floor, under a lamp."""
+    plate = quad((-0.4, 0.5, 0.4), (0.4, 0.5, 0.4), (0.4, 0.5, -0.4), (-0.4, 0.5, -0.4))
+    floor = quad((-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3))
+    lamp = pm.Material("lamp", 0.0, (6.0, 5.0, 4.0))
+    lamp = quad((-0.5, 2, -0.5), (0.5, 2, -0.5), (0.5, 2, 0.5), (-0.5, 2, 0.5), lamp, "lamp")
+    scene = pm.Scene([plate, floor, lamp], camera=pm.Camera((0.0, 1.8, 2.5), (0.0, 0.2, 0.0)))
+    return {"scene": scene, "bands": 3, "size": (48, 36), "photons": 4096}
+
+
+def test_renders_add_up_and_stay_where_they_are_not_filtered(settings):
+    own, plain = (pm.render(**settings, passes=20, filter_direct=on) for on in (True, False))
+    np.testing.assert_array_equal(own.radiance, (own.emission + own.direct) + own.indirect)
+    np.testing.assert_allclose(own.reflectance * own.shading, own.direct + own.indirect, 1e-5)
+    same = (own.errors["direct"] == plain.errors["direct"]).all(axis=-1)
+    assert own.record["direct_filter"]["pixels"] >= (~same).sum() > 100
+    for name in ("direct", "shading", "radiance"):
+        np.testing.assert_array_equal(getattr(own, name)[same], getattr(plain, name)[same])
+        assert own.errors[name][~same].mean() < plain.errors[name][~same].mean()
+    np.testing.assert_allclose(own.block_mean("direct"), plain.block_mean("direct"), 1e-5)
+    np.testing.assert_array_equal(own.indirect, plain.indirect)
+
+
+def test_filtered_renders_have_the_same_bits_by_any_way(settings, tmp_path):
+    options = {**settings, "filter_direct": True}
+    whole = pm.render(**options, passes=22, threads=1)
+    for passes, resume in ((17, False), (22, True)):
+        parted = pm.render(
+            **options, passes=passes, threads=3, checkpoint=tmp_path / "a.checkpoint", resume=resume
+        )
+    assert whole.arrays.keys() == parted.arrays.keys()
+    for name, image in whole.arrays.items():
+        np.testing.assert_array_equal(image, parted.arrays[name], name)
+
+
+def test_a_goal_is_met_by_filtered_light(settings):
+    options = {**settings, "error": "direct:0.0062", "pass_samples": 1.0}
+    own, plain = (pm.render(**options, filter_direct=on).record for on in (True, False))
+    assert own["passes"] < plain["passes"]
+    assert own["goal"]["reached"] <= 0.0062
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        {"per_light": True},
+        {"method": "path"},
+        {"passes": 15},
+        {"effects": "indirect,emission"},
+    ],
+)
+def test_what_is_not_filtered_says_why(settings, option):
+    options = {**settings, "passes": 16, "size": 8, "filter_direct": True, **option}
+    record = pm.render(**options).record["direct_filter"]
+    assert not record["on"]
+    assert record["why"]
+
+
+def test_filtered_renders_are_not_merged(settings):
+    results = [pm.render(**settings, passes=16, seed=seed, filter_direct=True) for seed in range(2)]
+    with pytest.raises(pm.InputError, match="filter_direct"):
+        pm.merge(results)
+    with pytest.raises(pm.InputError, match="filter"):
+        plan_parts(None, Options(passes=32, filter_direct=True), 2, None)
