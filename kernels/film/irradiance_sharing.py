@@ -6,6 +6,7 @@ footprint shrinks from pass to pass. Which pixels share depends on geometry and 
 pre-pass, never on the estimates themselves.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -49,12 +50,12 @@ class Strip(NamedTuple):
 
 
 def cut_strip(film, footprint, lines, light):
-    """Return what a span of lines shares, of light, (P, N)."""
+    """Return the strip that a span of lines shares, of light, (P, N), and scratch to do so."""
     reach = int(footprint.radius)
     first, last = max(lines.first - reach, 0), min(lines.last + reach, film.height)
     rows = slice(first * film.width, last * film.width)
     planes = np.column_stack([footprint.plane[rows], footprint.sharing_radius[rows]])
-    return Strip(
+    strip = Strip(
         np.ascontiguousarray(planes.T),
         np.ascontiguousarray(light[rows].T),
         first,
@@ -64,6 +65,8 @@ def cut_strip(film, footprint, lines, light):
         footprint.radius,
         footprint.turn,
     )
+    sums = np.empty((light.shape[1] + 1, film.width), np.float32)
+    return strip, (np.empty(film.width, np.uint8), sums)
 
 
 @jit
@@ -123,8 +126,20 @@ def _add_pairs(found, ahead, behind, sums):
 
 
 @jit
-def _add_partners(strip, row, found, sums):
-    """Add to sums, (N + 1, W), the partners of a line's pixels, and last their number."""
+def _are_enough(strip, first, counts, enough):
+    """Return whether all flat pixels of a line have as many partners."""
+    for column in range(strip.width):
+        if strip.planes[FLAT, first + column] != 0.0 and counts[column] < enough:
+            return False
+    return True
+
+
+@jit
+def _add_partners(strip, row, found, sums, enough):
+    """Add to sums, (N + 1, W), the partners of a line's pixels, until all have enough.
+
+    The last row has their number.
+    """
     width, bands, radius = strip.width, strip.light.shape[0], strip.radius
     for y in range(min(min(row, strip.height - 1 - row), int(radius)) + 1):
         for x in range(-int(radius) if y > 0 else 1, int(radius) + 1):
@@ -140,6 +155,8 @@ def _add_partners(strip, row, found, sums):
                     strip.light[band, first - step : last - step],
                     sums[band, left:right],
                 )
+        if _are_enough(strip, row * width, sums[bands], enough):
+            return
 
 
 @kernel
@@ -156,7 +173,7 @@ def share_irradiance(strip, lines, scratch, pixels, shared):
             sums[bands, column] = 1.0
             for band in range(bands):
                 sums[band, column] = strip.light[band, first + column]
-        _add_partners(strip, line - strip.first, found, sums)
+        _add_partners(strip, line - strip.first, found, sums, math.inf)
         for column in range(strip.width):
             factor = np.float32(1.0 / sums[bands, column])
             for band in range(bands):
@@ -166,27 +183,6 @@ def share_irradiance(strip, lines, scratch, pixels, shared):
                     pixels.indirect[pixel + column, band] = (
                         pixels.reflectance[pixel + column, band] * light * np.float32(INV_PI)
                     )
-
-
-@jit
-def _count_partners(film, footprint, pixel, enough):
-    """Return how many pixels have a part in a pixel's footprint, or `enough` if at least these."""
-    column, row = pixel % film.width, pixel // film.width
-    radius = footprint.radius
-    margin = min(min(column, film.width - 1 - column), int(radius))
-    count = 1
-    for y in range(min(min(row, film.height - 1 - row), int(radius)) + 1):
-        for x in range(-margin if y > 0 else 1, margin + 1):
-            step = y * film.width + x
-            if (
-                x * x + y * y <= radius * radius
-                and may_share(footprint, pixel, pixel + step)
-                and may_share(footprint, pixel, pixel - step)
-            ):
-                count += 2
-                if count >= enough:
-                    return enough
-    return count
 
 
 @kernel
@@ -222,9 +218,14 @@ def fill_centre_fluorophores(scene, view, span, centre):
 
 
 @kernel
-def count_footprints(film, footprint, span, enough, counts):
-    """Count the pixels of each footprint of a span, up to `enough`."""
-    for pixel in range(span.first, span.last):
-        counts[pixel] = 1
-        if footprint.plane[pixel, FLAT] != 0.0:
-            counts[pixel] = _count_partners(film, footprint, pixel, enough)
+def count_footprints(strip, lines, scratch, enough, counts):
+    """Count the pixels of the footprints of a span of lines, (P,); or say that they are enough.
+
+    `scratch` is that of `share_irradiance`, without bands.
+    """
+    found, sums = scratch
+    for line in range(lines.first, lines.last):
+        sums[:] = 1.0
+        _add_partners(strip, line - strip.first, found, sums, enough)
+        for column in range(strip.width):
+            counts[line * strip.width + column] = min(sums[0, column], enough)

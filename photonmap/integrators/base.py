@@ -46,7 +46,7 @@ from photonmap.runtime.workers import Workers
 if TYPE_CHECKING:
     from photonmap.integrators.shared_work import SharedWork
 
-TILE = 512
+TILE = 1024
 """Pixels of a span."""
 LINES = 16
 """Lines of the image that are looked at, or share, at a time."""

@@ -10,7 +10,7 @@ from photonmap.integrators.base import PassSetup
 from photonmap.kernels.core.passes import Film, Prepass, SamplingPlan, Span
 from photonmap.kernels.core.records import Lights, SceneArrays
 from photonmap.kernels.core.streams import Domain
-from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints
+from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints, cut_strip
 from photonmap.kernels.film.linked_pixels import link_pixels
 from photonmap.kernels.film.pixels import FLAT
 from photonmap.kernels.integrators.prepass import COLUMNS, MOST_AROUND, look_around, run_prepass
@@ -129,9 +129,15 @@ def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> Sampli
     counts = (storage.zeros(pixels, np.uint8) for _ in range(3))
     rays = MOST_AROUND if setup.has_differences else AROUND
     plan = SamplingPlan(*counts, radii.by(rays))
-    partners, enough = storage.zeros(pixels, np.uint8), SHARED_GATHERS // GATHERS
+    partners, enough = storage.zeros(pixels, np.uint8), SHARED_GATHERS / GATHERS
     footprint = Footprint(plane, plan.sharing_radius, 1.0, FOOTPRINT_PIXELS, FOOTPRINT_TURN)
-    setup.over_pixels(lambda span: count_footprints(view.film, footprint, span, enough, partners))
+    nothing = np.zeros((pixels, 0), np.float32)
+
+    def count(lines: Span) -> None:
+        strip, scratch = cut_strip(view.film, footprint, lines, nothing)
+        count_footprints(strip, lines, scratch, enough, partners)
+
+    setup.over_lines(count)
     if setup.has_differences:
         plan = plan._replace(links=_link(setup, plane, prepass.flat, plan.sharing_radius))
     planner = _Planner(

@@ -26,9 +26,8 @@ def shared(pixels, radius=3.0, sharing_radius=100.0, turn=0.2):
     reach = np.full(size, sharing_radius, np.float32)
     footprint = Footprint(pixels.plane, reach, 1.0, radius, turn)
     out = np.empty((size, 2), np.float32)
-    scratch = np.empty(WIDTH, np.uint8), np.empty((3, WIDTH), np.float32)
     for lines in (Span(0, 5), Span(5, HEIGHT)):
-        strip = cut_strip(FILM, footprint, lines, pixels.irradiance_indirect)
+        strip, scratch = cut_strip(FILM, footprint, lines, pixels.irradiance_indirect)
         share_irradiance(strip, lines, scratch, pixels, out)
     return out
 

@@ -150,11 +150,7 @@ class PhotonIntegrator:
 
     def _share_lines(self, footprint: Footprint, lines: Span, pixels: Pixels) -> None:
         """Share the indirect irradiance of a span of lines, as `share_irradiance`."""
-        strip = cut_strip(self._setup.film, footprint, lines, pixels.irradiance_indirect)
-        scratch = (
-            np.empty(strip.width, np.uint8),
-            np.empty((len(strip.light) + 1, strip.width), np.float32),
-        )
+        strip, scratch = cut_strip(self._setup.film, footprint, lines, pixels.irradiance_indirect)
         share_irradiance(strip, lines, scratch, pixels, self._shared)
 
     def share_fluorescence(self, own: np.ndarray, shared: np.ndarray, estimate: Estimate) -> None:
