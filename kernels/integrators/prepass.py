@@ -15,14 +15,14 @@ from photonmap.kernels.lights.direct import prepare_direct, sample_direct
 
 CORNERS = 4  # Camera rays of a pixel, through its corners: a straight edge always parts them
 LIGHTS = 2  # Light samples of a corner
-MOST_AROUND = 32  # Rays of a corner that look for what is near, in all
+AROUND, MOST_AROUND = 4, 32  # Rays of a corner that look for what is near: at first, and in all
 NEAREST = 1e-12  # Distance at least, in sizes of the scene
 EVEN_COSINE = 0.999  # Cosine between normals above which a surface hardly curves within a pixel
 
-MATERIAL, LIT, OCCLUDED, SPECULAR, POINT, NORMAL = 0, 1, 2, 3, 4, 7
+MATERIAL, LIT, OCCLUDED, SPECULAR, POINT, NORMAL, NEARNESS = 0, 1, 2, 3, 4, 7, 10
 """Columns of what is seen through a corner: material, -1 for none; light samples that arrived, and
-that were occluded; whether it is specular; point; normal"""
-COLUMNS = 10
+that were occluded; whether it is specular; point; normal; the sum of `_look_around`"""
+COLUMNS = 11
 
 
 @jit
@@ -40,6 +40,31 @@ def _corner_hit(scene, view, x, y, key):
 
 
 @jit
+def _nearness(geometry, surface, direction):
+    """Return 1 / distance² to what a ray meets, 0 where it meets nothing."""
+    hit = intersect(geometry, surface.point, direction)
+    if hit.triangle < 0:
+        return 0.0
+    step = vec.sub(point_at(geometry, hit.triangle, hit.u, hit.v)[0], surface.point)
+    return 1.0 / max(vec.dot(step, step), NEAREST * NEAREST)
+
+
+@jit
+def _look_around(scene, surface, place, key, first, last):
+    """Return the sum of 1 / distance² to what a span of cosine-distributed rays of a corner meets.
+
+    `place` is the corner's `morton` number.
+    """
+    total = 0.0
+    for number in range(first, last):
+        index = place * np.uint64(MOST_AROUND) + np.uint64(number)
+        u, v = sobol_2d(index, split(key, GATHER))
+        direction = vec.from_frame(warp.cosine_hemisphere(u, v), surface.ns)
+        total += _nearness(scene.geometry, surface, direction)
+    return total
+
+
+@jit
 def _look_at(scene, view, x, y, key, cdf, corner):
     """Fill the columns of corner x of line y."""
     hit, direction = _corner_hit(scene, view, x, y, key)
@@ -52,6 +77,7 @@ def _look_at(scene, view, x, y, key, cdf, corner):
     for axis in range(3):
         corner[POINT + axis] = surface.point[axis]
         corner[NORMAL + axis] = surface.ns[axis]
+    corner[NEARNESS] = _look_around(scene, surface, morton(x, y), key, 0, AROUND)
     corner[LIT] = corner[OCCLUDED] = 0.0
     prepare_direct(scene, surface, cdf)
     for number in range(LIGHTS):
@@ -68,10 +94,11 @@ def _vector(corner, column):
 
 
 @jit
-def _join(textured, corners, x, y, spreads, pixel, plane, prepass):
+def _join(textured, corners, x, y, spreads, pixel, shown, prepass):
     """Say of a pixel what its corners, x and x + 1 of lines y and y + 1, have shown."""
     hits, even, one_material, first = 0, True, True, corners[y & 1, x]
-    lit = occluded = specular = 0.0
+    lit = occluded = specular = near = 0.0
+    plane, nearness = shown
     for number in range(CORNERS):
         corner = corners[(y + (number >> 1)) & 1, x + (number & 1)]
         if corner[MATERIAL] < 0.0:
@@ -87,11 +114,13 @@ def _join(textured, corners, x, y, spreads, pixel, plane, prepass):
         lit += corner[LIT]
         occluded += corner[OCCLUDED]
         specular += corner[SPECULAR]
+        near += corner[NEARNESS]
     flat = one_material and hits == CORNERS and plane[pixel, FLAT] != 0.0
     prepass.flat[pixel] = flat
     prepass.even[pixel] = even and flat
     prepass.penumbra[pixel] = lit > 0.0 and occluded > 0.0
     prepass.specular[pixel] = specular > 0.0
+    nearness[pixel] += near / max(hits, 1)
 
 
 @jit
@@ -106,10 +135,11 @@ def _last_line(film, row):
 
 
 @kernel
-def run_prepass(scene, textured, view, key, span, scratch, plane, prepass):
-    """Fill `prepass` and `plane`, (P, 7), of a span of lines; `textured` is (M,).
+def run_prepass(scene, textured, view, key, span, scratch, shown, prepass):
+    """Fill `prepass` and `shown` of a span of lines; `textured` is (M,).
 
-    `scratch` is a cdf, and (2, 2 W + 1, COLUMNS) float64 for two lines of corners.
+    What is shown are planes, (P, 7), and nearness, (P,), to which `AROUND` rays are added, as by
+    `look_around`. `scratch` is a cdf, and (2, 2 W + 1, COLUMNS) float64 for two lines of corners.
     """
     film, (cdf, corners) = view.film, scratch
     spreads = film.jitter or has_open_lens(view.camera.optics)
@@ -120,32 +150,8 @@ def run_prepass(scene, textured, view, key, span, scratch, plane, prepass):
                 _look_at(scene, view, x, y, key, cdf, corners[y & 1, x])
         for column in range(film.width):
             pixel = row * film.width + column
-            _join(textured, corners, step * column, step * row, spreads, pixel, plane, prepass)
-
-
-@jit
-def _nearness(geometry, surface, direction):
-    """Return 1 / distance² to what a ray meets, 0 where it meets nothing."""
-    hit = intersect(geometry, surface.point, direction)
-    if hit.triangle < 0:
-        return 0.0
-    step = vec.sub(point_at(geometry, hit.triangle, hit.u, hit.v)[0], surface.point)
-    return 1.0 / max(vec.dot(step, step), NEAREST * NEAREST)
-
-
-@jit
-def _look_around(scene, view, x, y, key, rays):
-    """Return the sum of 1 / distance² to what cosine-distributed rays of a corner meet; or -1."""
-    hit, direction = _corner_hit(scene, view, x, y, key)
-    if hit.triangle < 0:
-        return -1.0
-    surface, total = surface_interaction(scene.geometry, hit, direction), 0.0
-    for number in range(rays.first, rays.last):
-        index = morton(x, y) * np.uint64(MOST_AROUND) + np.uint64(number)
-        u, v = sobol_2d(index, split(key, GATHER))
-        direction = vec.from_frame(warp.cosine_hemisphere(u, v), surface.ns)
-        total += _nearness(scene.geometry, surface, direction)
-    return total
+            x, y = step * column, step * row
+            _join(textured, corners, x, y, spreads, pixel, shown, prepass)
 
 
 @kernel
@@ -159,7 +165,12 @@ def look_around(scene, view, key, rays, span, sums, nearness):
     for row in range(span.first, span.last):
         for y in range(_first_line(film, span, row), _last_line(film, row) + 1):
             for x in range(step * (film.width - 1) + 2):
-                sums[y & 1, x] = _look_around(scene, view, x, y, key, rays)
+                hit, direction = _corner_hit(scene, view, x, y, key)
+                sums[y & 1, x] = -1.0
+                if hit.triangle >= 0:
+                    surface = surface_interaction(scene.geometry, hit, direction)
+                    place = morton(x, y)
+                    sums[y & 1, x] = _look_around(scene, surface, place, key, rays.first, rays.last)
         for column in range(film.width):
             total, hits = 0.0, 0
             for number in range(CORNERS):

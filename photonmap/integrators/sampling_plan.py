@@ -13,7 +13,13 @@ from photonmap.kernels.core.streams import Domain
 from photonmap.kernels.film.irradiance_sharing import Footprint, count_footprints, cut_strip
 from photonmap.kernels.film.linked_pixels import link_pixels
 from photonmap.kernels.film.pixels import FLAT
-from photonmap.kernels.integrators.prepass import COLUMNS, MOST_AROUND, look_around, run_prepass
+from photonmap.kernels.integrators.prepass import (
+    AROUND,
+    COLUMNS,
+    MOST_AROUND,
+    look_around,
+    run_prepass,
+)
 from photonmap.kernels.lights.selection import SCRATCH
 
 SAMPLES = 4
@@ -46,8 +52,6 @@ FOOTPRINT_PIXELS = 6.0
 """Radius of the first pass's sharing footprints, pixels."""
 FOOTPRINT_TURN = 0.08
 """Angle between the normals of pixels that share in the first passes, at most, radians."""
-AROUND = 4
-"""Rays of a pixel's corner that look for what is near, before the first pass."""
 REACHES = 0.18, 0.28
 """Radius in space in images of 64 lines and of 240, in units of the root of 1 / (mean of 1 /
 distance² to the surfaces around): see `footprint_reach`."""
@@ -73,7 +77,7 @@ class SharingRadii:
 
     def __init__(self, setup: PassSetup) -> None:
         self._setup, self._rays = setup, 0
-        self._nearness, self._radii = (setup.storage.zeros(setup.pixels) for _ in range(2))
+        self.nearness, self._radii = (setup.storage.zeros(setup.pixels) for _ in range(2))
         self.plane = setup.storage.zeros((setup.pixels, 7))
         """That each pixel shows, if it is flat, as the pre-pass sees it"""
 
@@ -84,33 +88,37 @@ class SharingRadii:
     def by(self, rays: int) -> NDArray[np.float32]:
         """Return them by so many rays of each corner, `AROUND` or twice, 4 times, … as many."""
         if rays < self._rays:
-            self._nearness[:], self._rays = 0.0, 0
+            self.nearness[:], self._rays = 0.0, 0
         while self._rays < rays:
             self._look_around(max(2 * self._rays, AROUND))
         return self._radii
 
     def _look_around(self, rays: int) -> None:
         setup, view, span = self._setup, self._setup.view, Span(self._rays, rays)
-        scene, key, nearness = setup.compiled.arrays, setup.key(0, Domain.PREPASS), self._nearness
+        scene, key, nearness = setup.compiled.arrays, setup.key(0, Domain.PREPASS), self.nearness
 
         def look(lines: Span) -> None:
             sums = np.empty((2, 2 * view.film.width + 1))
             look_around(scene, view, key, span, lines, sums, nearness)
 
         setup.over_lines(look)
+        self.take_in(rays)
+
+    def take_in(self, rays: int) -> None:
+        """Take in `nearness`, (P,), to which the last of so many rays of each corner were added."""
         self._rays = rays
-        setup.over_lines(self._fill)
+        self._setup.over_lines(self._fill)
 
     def _fill(self, span: Span) -> None:
         """Fill the radii of the pixels of a span of lines."""
         film = self._setup.film
-        nearness = _neighbours(self._nearness, film, span).mean(axis=0) / np.float32(self._rays)
+        nearness = _neighbours(self.nearness, film, span).mean(axis=0) / np.float32(self._rays)
         lines = slice(span.first * film.width, span.last * film.width)
         self._radii[lines] = footprint_reach(film) / np.sqrt(np.maximum(nearness, 1e-24))
 
 
 def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> SamplingPlan:
-    """Run the pre-pass over every pixel, and plan its sampling.
+    """Run the pre-pass over every pixel, and plan its sampling; radii know nothing before.
 
     The pre-pass looks at geometry and visibility alone, with random numbers of its own, so the
     passes that follow are neither biased nor correlated by what is decided here.
@@ -123,9 +131,10 @@ def plan_sampling(setup: PassSetup, radii: SharingRadii | None = None) -> Sampli
 
     def run(span: Span) -> None:
         scratch = np.empty(SCRATCH), np.empty((2, 2 * view.film.width + 1, COLUMNS))
-        run_prepass(scene, textured, view, key, span, scratch, plane, prepass)
+        run_prepass(scene, textured, view, key, span, scratch, (plane, radii.nearness), prepass)
 
     setup.over_lines(run)
+    radii.take_in(AROUND)
     counts = (storage.zeros(pixels, np.uint8) for _ in range(3))
     rays = MOST_AROUND if setup.has_differences else AROUND
     plan = SamplingPlan(*counts, radii.by(rays))
