@@ -27,10 +27,7 @@ def test_no_bias_is_stated_where_none_was_measured(cornell, options):
 
 
 def coarse(cornell, seed, photons=2048):
-    """The Cornell box with an eighth of the photons, so cells 2.8 times as wide.
-
-    With half of that, they reach across walls, and what is too bright and too dark cancels.
-    """
+    """The Cornell box with an eighth of the photons, so cells 2.8 times as wide."""
     run = pm.render(cornell, bands="rgb", size=SIZE, passes=16, photons=photons, seed=seed)
     record = run.record
     assert record["error"] == pytest.approx(np.hypot(record["standard_error"], record["bias"]))
@@ -38,7 +35,8 @@ def coarse(cornell, seed, photons=2048):
 
 
 def test_the_error_holds_both(cornell):
-    assert coarse(cornell, 0, photons=1024).record["bias"] > 0.0
+    """Noise hides the bias in a quarter of the runs."""
+    assert any(coarse(cornell, seed, photons=512).record["bias"] > 0.0 for seed in range(4))
 
 
 def block_sums(image, side):
@@ -47,8 +45,11 @@ def block_sums(image, side):
 
 
 def test_blocks_say_where_the_bias_is(cornell):
-    """They add up to the bias of the whole image, whose two halves multiply to no noise."""
-    run = pm.render(cornell, bands=1, size=SIZE, passes=16, photons=1024)
+    """They add up to the bias of the whole image, whose two halves multiply to no noise.
+
+    After the last pass that was probed: by the radiance of later ones, the sum would differ.
+    """
+    run = pm.render(cornell, bands=1, size=SIZE, passes=14, photons=1024)
     blocks = run.bias("indirect")
     assert blocks.value.shape == blocks.error.shape == (4, 4)
     assert blocks.side == 8
@@ -58,13 +59,13 @@ def test_blocks_say_where_the_bias_is(cornell):
     norm = value**2 + 0.01 * (pixels * value.sum() / pixels.sum()) ** 2
     square = (blocks.value.astype(float) ** 2 - blocks.error.astype(float) ** 2) * pixels**2
     whole = np.sqrt(max(np.average(square / norm, weights=pixels), 0.0))
-    assert whole == pytest.approx(run.record["bias"], rel=0.01)
+    assert whole == pytest.approx(run.record["bias"], rel=2e-3)
     np.testing.assert_array_equal(run.bias("radiance").value, blocks.value)
     assert not run.bias("direct").value.any()
     rms = np.sqrt(np.mean(blocks.value.astype(float) ** 2))
     for name, bias in (("radiance", rms), ("direct", 0.0), ("shading", rms / run.reflectance)):
         low, high = run.interval(name)
-        apart = 2.1314 * np.hypot(run.standard_error(name), bias)  # Student's t of 15
+        apart = 2.1604 * np.hypot(run.standard_error(name), bias)  # Student's t of 13
         np.testing.assert_allclose(high - low, 2.0 * apart, rtol=1e-4, atol=1e-6)
         np.testing.assert_allclose((low + high) / 2.0, run.buffers[name], rtol=1e-4, atol=1e-6)
     with pytest.raises(ValueError, match="level 95 is no probability"):

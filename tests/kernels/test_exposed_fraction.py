@@ -52,9 +52,7 @@ def parts_open(meshes, lights, photons=300.0):
     with Workers(2) as workers:
         setup = setup_of(scene, workers)
         lit_sides = find_lit_sides(setup)
-        return cells, measure_exposed(
-            setup, lit_sides, areas, cells, np.ones(count, bool)
-        ).fraction[:, 0]
+        return cells, measure_exposed(setup, lit_sides, areas, cells, count).fraction[:, 0]
 
 
 def true_parts(cells, count):
@@ -121,7 +119,7 @@ def test_crowded_cells_are_exposed_as_far_as_they_are_seen_from_afar():
     with Workers(2) as workers:
         setup = setup_of(scene, workers)
         known = find_lit_sides(setup), areas, cells
-        near = measure_exposed(setup, *known, np.ones(count, bool)).crowded
+        near = measure_exposed(setup, *known, count).crowded
         inverse = np.array([measure_seen_afar(setup, i, *known, near)[0] for i in range(2)])
     seen = (((FAR_POINTS + 1) / inverse - 1) / FAR_POINTS).mean(axis=0)[:, 0]
     size, rng = 2 * int(cells.divisions[0]) ** 2, np.random.default_rng(3)

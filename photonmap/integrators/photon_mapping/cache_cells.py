@@ -141,10 +141,20 @@ def _group_neighbours(
             for axis in range(3):
                 key *= span
                 key += column[:, axis].astype(np.int64)
-    return np.unique(keys, return_inverse=True)[1]
+    return _number(keys)[1]
 
 
-PILOT, BOUNCES = 4096, 32
+def _number(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the distinct keys, which are not negative, and the number of each key among them.
+
+    Neighbours are often alike: it sorts runs, in a fifth of the time of np.unique.
+    """
+    starts = np.flatnonzero(np.diff(keys, prepend=-1))
+    distinct, number = np.unique(keys[starts], return_inverse=True)
+    return distinct, np.repeat(number, np.diff(starts, append=len(keys)))
+
+
+PILOT, BOUNCES = 4096, 16
 """Photons that find what light reaches, and their bounces."""
 BATCHES = 16
 """In which they are traced."""
@@ -166,10 +176,8 @@ def find_lit_sides(setup: PassSetup) -> NDArray[np.bool_]:
     """
     material, objects = setup.compiled.geometry.material, setup.compiled.object_ids
     kinds = int(material.max()) + 1
-    pair = objects.astype(np.int64) * kinds + material
-    starts = np.flatnonzero(np.diff(pair, prepend=-1))
-    pairs, run = np.unique(pair[starts], return_inverse=True)
-    lit = _find_lit_batches(setup, np.repeat(run, np.diff(starts, append=len(pair))), len(pairs))
+    pairs, pair = _number(objects.astype(np.int64) * kinds + material)
+    lit = _find_lit_batches(setup, pair, len(pairs))
     of_material = _count_batches(lit, pairs % kinds)
     of_object = _count_batches(lit, pairs // kinds)
     of_object[of_object.max(axis=1) < ENOUGH_BATCHES] = 1
@@ -217,15 +225,15 @@ def measure_exposed(
     lit_sides: NDArray[np.bool_],
     areas: NDArray[np.float64],
     cells: CacheCells,
-    wanted: NDArray[np.bool_],
+    count: int,
 ) -> Exposed:
-    """Return what is exposed of each of the cells that are `wanted`, (cells,); 1 of the others.
+    """Return what is exposed of each of `count` cells that are not divided.
 
     Sides are those of `find_lit_sides`, (T, 2), and areas, (T,), those of triangles.
     """
-    question = Question(lit_sides, wanted, False)
+    question = Question(lit_sides, np.ones(count, np.bool_), False)
     counts = _count_points(setup, question, areas, cells, setup.key(0, Domain.EXPOSURE))
-    fraction = setup.storage.zeros((len(wanted), 1))
+    fraction = setup.storage.zeros((count, 1))
     fraction[:] = 1.0
     found = counts[:, EXPOSED] > 0
     np.divide(counts[:, EXPOSED], counts[:, TESTED], out=fraction[:, 0], where=found)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from photonmap.compile.geometry import triangle_areas
 from photonmap.integrators.base import Counters, PassSetup
 from photonmap.integrators.photon_mapping.cache_cells import (
-    Exposed,
     divide_cells,
     find_lit_sides,
     lay_cells,
@@ -122,21 +121,16 @@ class CacheTracer:
 
     def _measure(self, cells: CacheCells, count: int) -> Layout:
         """Divide the cells that are exposed in part, and measure the exposed surface of all."""
-        exposed = self._measure_exposed(cells, np.ones(count, np.bool_))
+        exposed = measure_exposed(self._setup, self._lit_sides, self._areas, cells, count)
         laid, (cells, count) = count, divide_cells(cells, exposed.fraction[:, 0] < 1.0)
-        if laid < count:
-            parts = self._measure_exposed(cells, np.arange(count) >= laid)
-            both = zip(exposed, parts, strict=True)
-            exposed = Exposed(*(np.concatenate([whole, part[laid:]]) for whole, part in both))
-        fraction, crowded, cluttered = exposed
+        divided = np.repeat(np.flatnonzero(cells.parts >= 0), cells.finer**2)
+        fraction, crowded, cluttered = (np.concatenate([rows, rows[divided]]) for rows in exposed)
+        crowded[laid:] = True  # What hides a part of the whole stands on or beside each.
         cells = cells._replace(crowded=crowded, cluttered=cluttered)
         fraction[crowded] = 1.0  # What is seen from afar of them is measured in each pass.
         fraction[laid:] /= np.float32(cells.finer**2)
         surface = measure_surface_fraction(self._setup.scene(0).geometry, self._areas, cells, count)
         return Layout(cells, count, fraction if surface is None else fraction * surface)
-
-    def _measure_exposed(self, cells: CacheCells, wanted: NDArray[np.bool_]) -> Exposed:
-        return measure_exposed(self._setup, self._lit_sides, self._areas, cells, wanted)
 
     @cached_property
     def _lit_sides(self) -> NDArray[np.bool_]:
