@@ -173,8 +173,7 @@ COSTS = {0.125: (0.25, 1.0), 0.25: (0.33, 0.51), 0.5: (0.55, 0.22), 1.0: (1.0, 0
 needed over those of eighths. Means over the Cornell box, `studio`, `kitchen` and `living_room`,
 128×128 and 160×120."""
 COSTS_OF_MANY = {0.125: (0.29, 1.0), 0.25: (0.33, 0.76), 0.5: (0.56, 0.37), 1.0: (1.0, 0.15)}
-"""The same where a light tree chooses among many emitters: `kitchen`, `living_room` and `vase`,
-320×240."""
+"""The same where a light tree chooses among many emitters: `kitchen` and `vase`, 320×240."""
 LEAST_OF_MANY = 16
 """Light samples of a pixel there, unless there are fewer in a full pass: fewer leave emitters out,
 so that variance falls with the square of their number or faster."""
