@@ -19,7 +19,6 @@ from photonmap.buffers import BUFFERS
 from photonmap.compile.scene_arrays import CompiledScene, compile_scene, variant_of
 from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.errors import InputError
-from photonmap.film.direct_filter import LEAST_PASSES
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
@@ -114,16 +113,10 @@ def _compile_other_kernels(small: Scene, bands: Bands, workers: Workers, method:
     columns = SpectralColumns(np.arange(bands.count))
     compiled = setup.compiled
     moments = LightGroups(
-        columns,
-        _FILM,
-        workers,
-        compiled.has_residual,
-        RAM,
-        compiled.fluorescence is not None,
-        surfaces=lambda: estimate.pixels.plane,
+        columns, _FILM, workers, compiled.has_residual, RAM, compiled.fluorescence is not None
     )
     estimate = make_integrator(method, setup).compile_other_kernels()
-    for _ in range(LEAST_PASSES):
+    for _ in range(2):
         moments.add(estimate.pixels, estimate.via_specular)
     for percentile in (None, 50.0):
         moments.whole.error(percentile=percentile)
