@@ -32,8 +32,9 @@ Omission = Literal[
     "without mirrors, glass or rough surfaces",
     "without fluorescent surfaces",
     "where it is 0 everywhere",
+    "where direct light is not filtered",
 ]
-"""When a buffer that was asked for is not written: reading it gives zeros."""
+"""When a buffer that was asked for is not written: reading it gives zeros, or direct light."""
 Scenes = Literal["all", "with gloss", "with gloss, mirrors or glass", "none"]
 """Of which scenes a render keeps a buffer unless others are asked for."""
 
@@ -114,8 +115,13 @@ class Buffer:
         unit = f", {self.unit}" if self.unit else ""
         text = f"{self.shape} {self.dtype}{unit}: {self.meaning}."
         if self.omitted != "never":
-            text += f" Not written {self.omitted}, and then exactly 0."
+            text += f" Not written {self.omitted}, and then exactly {self.then}."
         return text
+
+    @property
+    def then(self) -> str:
+        """What its values are where it is not written: those of a buffer, or "0"."""
+        return "direct" if self.omitted == "where direct light is not filtered" else "0"
 
     def values_per_pixel(self, bands: int) -> int:
         """Return the number of its 4-byte values in a pixel, those of its error included."""
@@ -140,7 +146,14 @@ TABLE = (
         "direct",
         "light reflected once, straight from a light source",
         "radiance", "passes", "mean",
-        has_error=True, is_goal=True, per_light=True,
+        has_error=True, has_block_error=True, is_goal=True, per_light=True,
+    ),
+    Buffer(
+        "direct_unfiltered",
+        "the mean of direct over passes, before it is averaged over pixels of a surface: merging "
+        "takes it",
+        "radiance", "passes", "mean",
+        has_error=True, omitted="where direct light is not filtered",
     ),
     Buffer(
         "indirect",
@@ -333,7 +346,7 @@ def names_where(**wanted: Any) -> tuple[str, ...]:
     Examples
     --------
     >>> names_where(has_block_error=True)
-    ('indirect', 'caustics')
+    ('direct', 'indirect', 'caustics', 'fluorescence')
     """
     return tuple(
         row.name for row in RENDERED if all(getattr(row, key) == wanted[key] for key in wanted)

@@ -165,9 +165,9 @@ class Options:
         group="sampling", decides=True,
     )  # fmt: skip
     filter_direct: bool = option(
-        False,
-        "average direct light over pixels of a surface where passes show it to be the same, which "
-        "errors allow for; not with per_light, unbiased or method path, nor to be merged",
+        True,
+        "filtered direct light: averaged over pixels of a surface where passes show it to be the "
+        "same, which errors allow for; never with per_light, unbiased or method path",
         group="sampling", decides=True,
     )  # fmt: skip
     pass_samples: float | None = option(

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.jit import jit, kernel, vectorized
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.film.irradiance_sharing import Footprint, may_share
 from photonmap.kernels.film.pixels import FLAT
@@ -43,9 +43,10 @@ class Grouped(NamedTuple):
 class Compared(NamedTuple):
     """What pixels are compared by, and what is averaged: of radiance at reflectance 1."""
 
-    footprint: Footprint  # how far pixels are averaged
-    light: np.ndarray  # (G, P, N) float32, mean in each group
-    variance: np.ndarray  # (G, P, N) float32, of that, as its own group says
+    footprint: Footprint  # which pixels show one surface
+    pairs: np.ndarray  # (K, 2) int64, columns and lines from a pixel to one of a pair beside it
+    strictness: np.ndarray  # (K, L) float32: times a difference's variance, the square to weigh 0
+    light: np.ndarray  # (P, 2 N, G) float32, mean in each group, and its variance by itself
     smooth: np.ndarray  # (P, L, G) float32, mean over bands, a patch and all groups but one
     noise: np.ndarray  # (P, L, G) float32, variance of that; NaN where a pixel stays as it is
 
@@ -107,23 +108,34 @@ def compare_pixels(moments, specular, grouped, compared, span):
             own /= max(whole, TINY) * count * (count - 1.0)
             for band in range(bands):  # its variance, times that in this group over that in all
                 r = moments.reflectance[pixel, band]
-                compared.light[group, pixel, band] = grouped.sums[group, pixel, band] / (passes * r)
+                light = grouped.sums[group, pixel, band] / (passes * r)
+                compared.light[pixel, band, group] = light
                 spread = moments.direct_spread[pixel, band]
-                compared.variance[group, pixel, band] = spread * own / (r * r)
+                compared.light[pixel, bands + band, group] = spread * own / (r * r)
 
 
 @jit
-def _is_pair(film, compared, pixel, x, y):
-    """Return whether the pixels (x, y) to both sides of one show its surface, and are averaged."""
+def _step_of_pair(film, compared, pixel, pair):
+    """Return how many pixels apart those of a pair beside one are; 0 if they are not averaged."""
+    x, y = compared.pairs[pair]
     column, row, step = pixel % film.width, pixel // film.width, y * film.width + x
     noise, footprint = compared.noise, compared.footprint
     if (
         min(column, film.width - 1 - column) < abs(x)
         or min(row, film.height - 1 - row) < y
         or math.isnan(noise[pixel + step, 0, 0] + noise[pixel - step, 0, 0])
+        or not may_share(footprint, pixel, pixel + step)
+        or not may_share(footprint, pixel, pixel - step)
     ):
-        return False
-    return may_share(footprint, pixel, pixel + step) and may_share(footprint, pixel, pixel - step)
+        return 0
+    return step
+
+
+@jit
+def _add_patch(patch, pixel, level):
+    """Add to a larger patch what a pixel has by itself."""
+    for group in range(GROUPS):
+        patch[level, group] += pixel[0, group]
 
 
 @kernel
@@ -132,67 +144,65 @@ def smooth_patches(film, compared, span):
     smooth, noise = compared.smooth, compared.noise
     for pixel in range(span.first, span.last):
         for level in range(1, 1 if math.isnan(noise[pixel, 0, 0]) else len(PATCHES)):
-            radius, count = PATCHES[level], 1.0
             for group in range(GROUPS):
                 smooth[pixel, level, group] = smooth[pixel, 0, group]
                 noise[pixel, level, group] = noise[pixel, 0, group]
-            for y in range(radius + 1):
-                for x in range(-radius if y > 0 else 1, radius + 1):
-                    if _is_pair(film, compared, pixel, x, y):
-                        one, other = pixel + y * film.width + x, pixel - y * film.width - x
+            count = 1.0
+            for pair in range(len(compared.pairs)):
+                if max(abs(compared.pairs[pair, 0]), compared.pairs[pair, 1]) <= PATCHES[level]:
+                    step = _step_of_pair(film, compared, pixel, pair)
+                    if step > 0:
                         count += 2.0
-                        for group in range(GROUPS):
-                            smooth[pixel, level, group] += smooth[one, 0, group]
-                            smooth[pixel, level, group] += smooth[other, 0, group]
-                            noise[pixel, level, group] += noise[one, 0, group]
-                            noise[pixel, level, group] += noise[other, 0, group]
+                        for side in (step, -step):
+                            _add_patch(smooth[pixel], smooth[pixel + side], level)
+                            _add_patch(noise[pixel], noise[pixel + side], level)
             for group in range(GROUPS):
                 smooth[pixel, level, group] /= count
                 noise[pixel, level, group] /= count * count
 
 
-@jit
-def _apart(radius, x, y):
-    """Return the variance of a difference of patches, over that if they had no pixel in common.
-
-    Of the mean of two that are (x, y) pixels away on opposite sides, less the one between.
-    """
-    side = 2 * radius + 1
-    one = max(side - abs(x), 0) * max(side - abs(y), 0)
-    two = max(side - 2 * abs(x), 0) * max(side - 2 * abs(y), 0)
-    return 1.0 + (two - 4.0 * one) / (3.0 * side * side)
-
-
-@jit
-def _weigh(compared, pixel, step, x, y, weights):
-    """Set the weights, (G,), of a pair (x, y) beside the pixel between; return their sum."""
-    total = 0.0
+@vectorized
+def _weigh(compared, pixel, step, pair, weights):
+    """Set the weights, (G,), of a pair a `step` to both sides of a pixel; return their sum."""
+    smooth, noise, half = compared.smooth, compared.noise, np.float32(0.5)
+    here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
     for group in range(GROUPS):
-        weight, even = 1.0, 0.0
-        for level in range(len(PATCHES)):
-            smooth, noise = compared.smooth[:, level, group], compared.noise[:, level, group]
-            own, beside = noise[pixel], 0.5 * (noise[pixel + step] + noise[pixel - step])
-            off = 0.5 * (smooth[pixel + step] + smooth[pixel - step]) - smooth[pixel]
-            variance = STRICTNESS * _apart(PATCHES[level], x, y) * (own + 0.5 * beside)
-            weight = min(weight, 1.0 - off * off / max(variance, TINY))
-            even = own / max(own, max(beside, TINY))
-        weights[group] = max(weight, 0.0) * even  # by the variance over the largest patch
+        weights[group] = np.float32(1.0)
+    for level in range(len(PATCHES)):
+        for group in range(GROUPS):
+            off = half * (smooth[ahead, level, group] + smooth[behind, level, group])
+            off -= smooth[here, level, group]
+            variance = half * half * (noise[ahead, level, group] + noise[behind, level, group])
+            variance = compared.strictness[pair, level] * (noise[here, level, group] + variance)
+            weight = np.float32(1.0) - off * off / max(variance, np.float32(TINY))
+            weights[group] = min(weights[group], weight)
+    total, last = np.float32(0.0), len(PATCHES) - 1
+    for group in range(GROUPS):  # by the variance over the largest patch
+        own = noise[here, last, group]
+        beside = half * (noise[ahead, last, group] + noise[behind, last, group])
+        even = own / max(own, max(beside, np.float32(TINY)))
+        weights[group] = max(weights[group], np.float32(0.0)) * even
         total += weights[group]
     return total
 
 
-@jit
-def _add_pair(compared, pixel, step, weights, totals, sums):
+@vectorized
+def _add_pair(light, pixel, step, weights, totals, sums):
     """Add a pair's light, less the pixel's, and its variance to sums, (2 N, G)."""
-    bands = compared.light.shape[2]
+    here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
+    bands = len(sums) // 2
     for group in range(GROUPS):
-        weight, light, variance = weights[group], compared.light[group], compared.variance[group]
-        totals[group] += 2.0 * weight
-        for band in range(bands):
-            pair = light[pixel + step, band] + light[pixel - step, band]
-            sums[band, group] += weight * (pair - 2.0 * light[pixel, band])
-            pair = variance[pixel + step, band] + variance[pixel - step, band]
-            sums[bands + band, group] += weight * weight * pair
+        totals[group] += np.float32(2.0) * weights[group]
+    for band in range(bands):
+        for group in range(GROUPS):
+            pair = light[ahead, band, group] + light[behind, band, group]
+            sums[band, group] += weights[group] * (
+                pair - np.float32(2.0) * light[here, band, group]
+            )
+    for row in range(bands, 2 * bands):
+        for group in range(GROUPS):
+            pair = light[ahead, row, group] + light[behind, row, group]
+            sums[row, group] += weights[group] * weights[group] * pair
 
 
 @kernel
@@ -200,10 +210,9 @@ def filter_direct(film, compared, parts, scratch, span, gain, variance):
     """Set what direct light gains, and its new variance, both (P, N) float32, in a span of pixels.
 
     Gain is NaN where nothing changes. `parts`, (G,), are those of the groups in the mean; scratch,
-    (2 N + 2, G) float64, is overwritten.
+    (2 N + 2, G) float32, is overwritten.
     """
-    bands, radius = gain.shape[1], int(compared.footprint.radius)
-    weights, totals = scratch[2 * bands], scratch[2 * bands + 1]
+    bands, sums, weights, totals = gain.shape[1], scratch[2:], scratch[0], scratch[1]
     for pixel in range(span.first, span.last):
         for band in range(bands):
             gain[pixel, band] = np.nan
@@ -213,18 +222,16 @@ def filter_direct(film, compared, parts, scratch, span, gain, variance):
         for group in range(GROUPS):
             totals[group] = 1.0
             for band in range(bands):
-                scratch[band, group] = 0.0
-                scratch[bands + band, group] = compared.variance[group, pixel, band]
-        for y in range(radius + 1):
-            for x in range(-radius if y > 0 else 1, radius + 1):
-                if x * x + y * y <= radius * radius and _is_pair(film, compared, pixel, x, y):
-                    step = y * film.width + x
-                    if _weigh(compared, pixel, step, x, y, weights) > 0.0:
-                        _add_pair(compared, pixel, step, weights, totals, scratch)
-                        pairs += 1
+                sums[band, group] = 0.0
+                sums[bands + band, group] = compared.light[pixel, bands + band, group]
+        for pair in range(len(compared.pairs)):
+            step = _step_of_pair(film, compared, pixel, pair)
+            if step > 0 and _weigh(compared, pixel, step, pair, weights) > 0.0:
+                _add_pair(compared.light, pixel, step, weights, totals, sums)
+                pairs += 1
         for band in range(bands if pairs > 0 else 0):
             gain[pixel, band], variance[pixel, band] = 0.0, 0.0
             for group in range(GROUPS):
                 part = parts[group] / totals[group]
-                gain[pixel, band] += part * scratch[band, group]
-                variance[pixel, band] += part * part * scratch[bands + band, group]
+                gain[pixel, band] += part * sums[band, group]
+                variance[pixel, band] += part * part * sums[bands + band, group]

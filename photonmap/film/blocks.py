@@ -1,8 +1,9 @@
 """Sums, means and minima over square blocks of pixels, and the standard errors of these means.
 
-Pixels share photons: within a pass, a caustic photon counts in every pixel that its disk reaches,
-and footprints of irradiance sharing overlap. So the error of a block's mean does not follow from
-its pixels' errors; it is that of the block's means in the passes, which are independent.
+Pixels share light: within a pass, a caustic photon counts in every pixel that its disk reaches, and
+footprints of irradiance sharing overlap; direct light may be averaged over pixels. So the error of
+a block's mean does not follow from its pixels' errors; it is that of the block's means in the
+passes, which are independent.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from photonmap.kernels.core.passes import (
     FLUORESCENT_DIRECT,
     FLUORESCENT_INDIRECT,
     VIA_CAUSTIC,
+    VIA_DIRECT,
     VIA_INDIRECT,
     Film,
     Pixels,
@@ -73,7 +75,7 @@ def block_minima(image: Array, side: int) -> Array:
 SIDE = 8
 """Pixels; blocks at the right and lower edges have what is left."""
 BLOCKED = names_where(has_block_error=True)
-"""Buffers whose pixels share photons."""
+"""Buffers whose pixels share light."""
 
 
 class BlockMoments:
@@ -97,14 +99,17 @@ class BlockMoments:
     ) -> None:
         """Take in one complete pass, and what it saw via specular surfaces; or several's means."""
         self.count += int(weight.part)
-        parts = {"indirect": self._means(pixels.indirect)}
+        parts = {name: self._means(getattr(pixels, name)) for name in ("direct", "indirect")}
         if "caustics" in self._moments and seen is not None:
+            parts["direct"] += self._means(seen[VIA_DIRECT])
             parts["caustics"] = self._means(seen[FIRST_CAUSTIC]) + self._means(seen[VIA_CAUSTIC])
             parts["indirect"] += self._means(seen[VIA_INDIRECT]) + parts["caustics"]
         if "fluorescence" in self._moments and seen is not None:
-            indirect = self._means(seen[FLUORESCENT_INDIRECT])
-            parts["fluorescence"] = self._means(seen[FLUORESCENT_DIRECT]) + indirect
-            parts["indirect"] += indirect
+            glow = {"direct": FLUORESCENT_DIRECT, "indirect": FLUORESCENT_INDIRECT}
+            glows = {name: self._means(seen[row]) for name, row in glow.items()}
+            parts["fluorescence"] = glows["direct"] + glows["indirect"]
+            for name, value in glows.items():
+                parts[name] += value
         for name, value in parts.items():
             take_in(value, self.count, *self._moments[name], weight)
 

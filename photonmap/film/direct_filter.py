@@ -19,6 +19,7 @@ from photonmap.kernels.core.passes import Film, Span
 from photonmap.kernels.film.direct_filter import (
     GROUPS,
     PATCHES,
+    STRICTNESS,
     Compared,
     Grouped,
     compare_pixels,
@@ -33,10 +34,10 @@ from photonmap.runtime.workers import Workers
 Array = NDArray[np.float32]
 Surfaces = Callable[[], Array]
 """Gives the plane that each pixel shows, (P, 7), by geometry alone"""
-RADIUS, TURN = 4.0, 0.08
+RADIUS, TURN = 4, 0.08
 """How far pixels are averaged, at most: pixels, and radians between their normals."""
-LEAST_PASSES = 16
-"""Of a render that is filtered: four in each group."""
+LEAST_PASSES = 8
+"""Of a render that is filtered: two in each group."""
 
 
 def group_of(index: int) -> int:
@@ -52,6 +53,23 @@ def sizes_of_groups(count: int) -> NDArray[np.float64]:
         sizes[:, group_of(index)] += taken, 1.0
         index += taken
     return sizes
+
+
+def list_pairs() -> tuple[NDArray[np.int64], Array]:
+    """Return the pairs on opposite sides of a pixel, (K, 2), and how strictly each is compared.
+
+    (K, L): by patches, the variance of the mean of two less the one between, over that of three
+    that have no pixel in common, times `STRICTNESS`.
+    """
+    y, x = np.mgrid[: RADIUS + 1, -RADIUS : RADIUS + 1].reshape(2, -1)
+    is_pair = ((y > 0) | (x > 0)) & (x * x + y * y <= RADIUS * RADIUS)
+    pairs = np.stack([x, y], axis=1)[is_pair]
+    sides = 2 * np.array(PATCHES) + 1
+    one, two = (
+        np.maximum(sides[:, None] - n * np.abs(pairs[:, None]), 0).prod(axis=-1) for n in (1, 2)
+    )
+    apart = 1.0 + (two - 4.0 * one) / (3.0 * sides**2)
+    return pairs, (STRICTNESS * apart).astype(np.float32)
 
 
 class DirectFilter:
@@ -112,14 +130,15 @@ class DirectFilter:
         everywhere = np.ones(size, np.float32)
         compared = Compared(
             Footprint(self._surfaces(), everywhere, np.inf, RADIUS, TURN),
-            *zeros((2, GROUPS, size, bands)),
+            *list_pairs(),
+            zeros((size, 2 * bands, GROUPS)),
             *zeros((2, size, len(PATCHES), GROUPS)),
         )
         gain, variance = zeros((2, size, bands))
         parts = sizes[0] / sizes[0].sum()
 
         def average(span: Span) -> None:
-            scratch = np.empty((2 * bands + 2, GROUPS))
+            scratch = np.empty((2 * bands + 2, GROUPS), np.float32)
             filter_direct(film, compared, parts, scratch, span, gain, variance)
 
         for task in (
@@ -130,8 +149,10 @@ class DirectFilter:
             self._over_pixels(task, size)
         changed = ~np.isnan(gain[:, 0])
         self.pixels = int(np.count_nonzero(changed))
-        light = own.reflectance[changed] * gain[changed], own.direct.sum()
-        self.change = float(light[0].sum() / light[1]) if self.pixels else 0.0
+        if self.pixels == 0:
+            return moments
+        gained = own.reflectance[changed] * gain[changed]
+        self.change = float(gained.sum() / own.direct.sum())
         give_back(gain, variance, own, film.width)
         return moments.with_direct(gain, variance)
 
@@ -140,22 +161,28 @@ def give_back(gain: Array, variance: Array, own: Moments, width: int) -> None:
     """Take from blocks of pixels what their direct light gained in sum, and widen their variance.
 
     What averaging changes in the mean is a bias, which is so known with little noise. Pixels return
-    it in proportion to their variance, those that vary alone all of it.
+    it in proportion to their variance, those that vary alone all of it; where that is more than the
+    light of one of them, in proportion to light.
     """
     bands, starts = gain.shape[1], np.arange(0, width, SIDE)
-    widths = np.diff(starts, append=width)
+    widths, tiny = np.diff(starts, append=width), np.finfo(np.float64).tiny
+
+    def sums(image: NDArray[np.float64]) -> NDArray[np.float64]:
+        lines = image.reshape(-1, width, bands)
+        blocks = np.add.reduceat(lines.sum(axis=0), starts, axis=0)
+        return np.tile(np.repeat(blocks, widths, axis=0), (len(lines), 1))
+
     for first in range(0, len(gain), SIDE * width):
         part = slice(first, first + SIDE * width)
         r, count = own.reflectance[part], own.counts[part, None].astype(np.float64)
         change, spread = gain[part] * r, own.direct_spread[part] / (count * (count - 1.0))
-        spread[np.isnan(change)] = 0.0
-
-        def sums(image: NDArray[np.float64]) -> NDArray[np.float64]:
-            lines = image.reshape(-1, width, bands)
-            blocks = np.add.reduceat(lines.sum(axis=0), starts, axis=0)
-            return np.tile(np.repeat(blocks, widths, axis=0), (len(lines), 1))
-
-        share = spread / np.maximum(sums(spread), np.finfo(np.float64).tiny)
+        light, stays = own.direct[part] + change, np.isnan(change)
+        for image in (change, spread, light):
+            image[stays] = 0.0
+        whole, change = sums(spread), sums(change)
+        share = spread / np.maximum(whole, tiny)
+        is_more = sums((share * change > light).astype(np.float64)) > 0.0
+        share = np.where(is_more, light / np.maximum(sums(light), tiny), share)
         known = np.where(r > 0.0, r, 1.0)
-        gain[part] -= share * sums(np.nan_to_num(change)) / known
-        variance[part] += share * spread / known**2
+        gain[part] -= share * change / known
+        variance[part] += share * share * whole / known**2

@@ -141,7 +141,14 @@ class LightGroups:
         Those of groups are named as in "direct@sun". Where lights are split, buffers of the whole
         are the sums of theirs, in their order. A covariance that is 0 everywhere is left out.
         """
-        buffers, errors = self.filtered.finish(scale, ALL if self._groups else kept)
+        filtered = self.filtered
+        buffers, errors = filtered.finish(scale, ALL if self._groups else kept)
+        if filtered is not self.whole and "direct_unfiltered" in kept:
+            plain, own = self.whole.finish(scale, ("direct",))
+            buffers["direct_unfiltered"], errors["direct_unfiltered"] = (
+                plain["direct"],
+                own["direct"],
+            )
         for index, (group, accumulator) in enumerate(self._groups.items()):
             parts, spreads = accumulator.finish(scale, OF_GROUPS)
             for name, part in parts.items():

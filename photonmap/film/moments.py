@@ -127,7 +127,7 @@ class Accumulator:
             ratio = np.sqrt(np.divide(spread, before, out=np.ones_like(spread), where=before > 0.0))
             indirect = own.indirect_spread[part]
             whole = spread + indirect + ratio * (own.radiance_spread[part] - before - indirect)
-            values = own.direct[part] + gain[part] * r, spread, whole, whole
+            values = np.maximum(own.direct[part] + gain[part] * r, 0.0), spread, whole, whole
             for name, value in zip(names, values, strict=True):
                 arrays[name][part] = np.where(np.isnan(gain[part]), getattr(own, name)[part], value)
         changed._moments = own._replace(**arrays)

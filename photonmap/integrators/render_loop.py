@@ -127,7 +127,7 @@ class RenderLoop:
         """
         if self._budget.goal is None:
             return None
-        error, lit = self.error(), self._integrator.stores_photons
+        error, lit = self._error_of(self._moments.filtered), self._integrator.stores_photons
         is_known = math.isfinite(error) and self._moments.whole.states_error(lit)
         return {**asdict(self._budget.goal), "reached": error if is_known else None}
 

@@ -1,7 +1,7 @@
 """Merge renders of one scene with different seeds, as if they had been one run.
 
 Means are weighted by each pixel's number of passes, and standard errors are pooled from the spread
-within the runs and between them (Chan, Golub and LeVeque 1983).
+within the runs and between them (Chan, Golub and LeVeque 1983). Direct light is not filtered.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from photonmap.film.pooling import (
 from photonmap.film.relative_error import relative_squares, valid_pixels
 from photonmap.results.relighting import sum_images
 from photonmap.results.result import Result, check_result
+from photonmap.results.unfiltered import UNFILTERED, unfiltered
 from photonmap.runtime.fingerprint import difference
 from photonmap.runtime.wording import listed
 
@@ -70,7 +71,7 @@ def merge(results: Iterable[Result], names: Sequence[str] | None = None) -> Resu
     for result, name in zip(results[1:], names[1:], strict=True):
         _check_alike(results[0], result, names[0], name)
     _check_seeds(results, names)
-    runs = [_Run(result) for result in results]
+    runs = [_Run(unfiltered(result)) for result in results]
     buffers, errors = _merge_light(runs)
     buffers |= _merge_rest(runs)
     errors = errors if (buffers["passes"] > 1).any() else {}
@@ -207,13 +208,12 @@ def _check_complete(result: Result, name: str) -> None:
     """Raise InputError if a result lacks what merging takes."""
     if "fingerprint" not in result.record:
         raise InputError(f"{name}: its record lacks what merging needs; render it again")
-    if result.record.get("direct_filter", {}).get("on"):
-        raise InputError(
-            f"{name}: direct light was filtered by its own passes, and merging would not lower "
-            "what that changes; render it without filter_direct"
-        )
-    glows = result.record.get("effects", {}).get("fluorescence", {}).get("on")
-    required = (*REQUIRED, "fluorescence") if glows else REQUIRED
+    record = result.record
+    extra = {
+        "fluorescence": record.get("effects", {}).get("fluorescence", {}).get("on"),
+        UNFILTERED: record.get("direct_filter", {}).get("on"),
+    }
+    required = (*REQUIRED, *(buffer for buffer, is_there in extra.items() if is_there))
     missing = [buffer for buffer in required if buffer not in result.buffers]
     several = not missing and (result.passes > 1).any()
     if several and "reflectance" in result.errors and "covariance" not in result.buffers:
@@ -239,7 +239,7 @@ def _check_alike(first: Result, other: Result, name: str, other_name: str) -> No
         counts = f"bands {first.bands.count} in {name}, {other.bands.count} in {other_name}"
         reason = counts if first.bands.count != other.bands.count else "other bands"
     # What is left out where it is 0 everywhere may be in one of the two alone.
-    zero = names_where(omitted="where it is 0 everywhere")
+    zero = (*names_where(omitted="where it is 0 everywhere"), UNFILTERED)
     sets = [{n for n in r.buffers if split_name(n)[0] not in zero} for r in (first, other)]
     if not reason and sets[0] != sets[1]:
         reason = f"{listed(sorted(sets[0] ^ sets[1]))} in one of them alone"
@@ -302,6 +302,7 @@ def merge_records(records: list[dict[str, Any]], merged: Result) -> dict[str, An
         "interrupted": any(record["interrupted"] for record in records),
         "resumed": sum(record["resumed"] for record in records),
         "predicted_seconds": [],
+        "direct_filter": {"on": False, "why": "runs are merged by their plain means"},
         "effects": _effects([record["effects"] for record in records]),
         "seconds": _sum_numbers([record["seconds"] for record in records]),
         "warnings": list(

@@ -79,12 +79,14 @@ class Result(Plots):
         return encode_png(self.preview()) if "radiance" in self.buffers else None
 
     def _buffer(self, name: str) -> NDArray[Any]:
-        """Return a buffer; zeros if left out as 0 everywhere; `AttributeError` if not kept."""
+        """Return a buffer, also what it is where it is left out; `AttributeError` if not kept."""
         if name in self.buffers:
             return self.buffers[name]
         kept = self.record.get("arguments", {}).get("buffers")
         if not is_omitted(name) or (kept is not None and name not in kept):
             raise AttributeError(self._missing(name))
+        if (source := BY_NAME[split_name(name)[0]].then) != "0":
+            return self._buffer(source)
         width, height = self.size
         return np.zeros((height, width, self.bands.count), np.float32)
 

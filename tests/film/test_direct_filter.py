@@ -7,12 +7,11 @@ import pytest
 from helpers.scenes import quad
 
 import photonmap as pm
-from photonmap.dataset.jobs.parts import plan_parts
 from photonmap.film.direct_filter import DirectFilter
 from photonmap.film.moments import Accumulator
 from photonmap.kernels.core.passes import Film, Pixels
+from photonmap.results.merge import REQUIRED
 from photonmap.runtime.workers import Workers
-from photonmap.settings import Options
 
 SIDE, PASSES = 64, 16
 
@@ -128,7 +127,7 @@ def test_a_goal_is_met_by_filtered_light(settings):
     [
         {"per_light": True},
         {"method": "path"},
-        {"passes": 15},
+        {"passes": 7},
         {"effects": "indirect,emission"},
     ],
 )
@@ -139,9 +138,7 @@ def test_what_is_not_filtered_says_why(settings, option):
     assert record["why"]
 
 
-def test_filtered_renders_are_not_merged(settings):
-    results = [pm.render(**settings, passes=16, seed=seed, filter_direct=True) for seed in range(2)]
-    with pytest.raises(pm.InputError, match="filter_direct"):
-        pm.merge(results)
-    with pytest.raises(pm.InputError, match="filter"):
-        plan_parts(None, Options(passes=32, filter_direct=True), 2, None)
+def test_runs_are_not_merged_without_their_plain_means(settings):
+    parts = [pm.render(**settings, passes=8, seed=seed).select(REQUIRED) for seed in range(2)]
+    with pytest.raises(pm.InputError, match="'direct_unfiltered' is missing"):
+        pm.merge(parts)

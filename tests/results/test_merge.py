@@ -36,13 +36,13 @@ SCENES = {
     "light by light": (with_blocks(MIRROR, None), {"bands": 2, "per_light": True}),
 }
 SEEDS = {3: 3, 8: 2, 1: 4}
-"""Seeds, and their numbers of passes: none so many that sampling adapts."""
+"""Seeds, and their numbers of passes: none so many that sampling adapts, but one filters."""
 
 
 def in_one_run(scene, options):
-    """All passes of all seeds in the same moments: buffers and errors."""
+    """All passes of all seeds in the same moments, unfiltered: buffers and errors."""
     render = sys.modules["photonmap.render"]
-    options = {"pixel": "box", "per_light": False, **options}
+    options = {"pixel": "box", "filter_direct": False, **options}
     ledger = None
     with Workers(2) as workers:
         for seed, passes in SEEDS.items():

@@ -45,8 +45,6 @@ def plan_parts(source: SceneSource, options: Options, count: int, folder: Path) 
         raise InputError("split divides passes: give --passes, and neither --seconds nor --error")
     if options.checkpoint is not None:
         raise InputError("parts have no checkpoints: remove --checkpoint; --resume keeps parts")
-    if options.filter_direct:
-        raise InputError("parts that filter direct light cannot be merged; leave it out")
     if not 2 <= count <= passes:
         raise InputError(f"parts {count} must be from 2 to the number of passes, {passes}")
     common = replace(options, buffers=with_defaults(options.buffers), resume=False)
