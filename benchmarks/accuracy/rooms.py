@@ -25,10 +25,10 @@ from benchmarks.harness.options import Options
 from benchmarks.harness.table import Cell, Table
 from photonmap.film.bias import is_repeated
 from photonmap.film.blocks import SIDE
-from photonmap.film.budget import usual_photons
+from photonmap.film.budget import LEAST_PASSES, usual_photons
 from photonmap.film.relative_error import relative_squares, valid_pixels
 
-FEW = ((1, 0.125), (1, 0.25), (2, 0.25), (1, 1.0), (4, 1.0))
+FEW = ((1, 0.125), (1, 0.25), (2, 0.25), (1, 1.0), (8, 0.25), (8, 0.5))
 """Passes and `pass_samples` of the first renders, which are compared with the longest one;"""
 SOME = 16
 """of the next, whose own errors count,"""
@@ -69,13 +69,11 @@ class Ours:
     def mean_of(self, name: str) -> tuple[float, float]:
         """Return the mean of "radiance" or "indirect" over valid pixels, and its standard error.
 
-        Pixels share indirect light, so its error is that of blocks; bands are taken to err alike.
+        Pixels share light, so its error is that of blocks; bands are taken to err alike.
         """
-        blocks = self.longest.block_error("indirect").astype(float) * SIDE**2
-        squares = (blocks**2).mean(axis=-1).sum()
-        if name == "radiance":
-            direct = self.longest.standard_error("direct")[self.valid].astype(float)
-            squares += (direct**2).mean(axis=-1).sum()
+        parts = ("indirect", "direct") if name == "radiance" else ("indirect",)
+        blocks = [self.longest.block_error(part).astype(float) * SIDE**2 for part in parts]
+        squares = np.square(blocks).mean(axis=-1).sum()
         image = self.longest.buffers[name][self.valid]
         return float(image.mean(dtype=float)), float(math.sqrt(squares) / len(image))
 
@@ -248,7 +246,7 @@ def times_at(cost: float) -> Times:
 def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
     """Render with more and more passes, until the last level or `LONGEST` is reached."""
     with watched_prepass() as prepasses:
-        ours.warm_up(scene, **settings)
+        ours.warm_up(scene, **settings, passes=LEAST_PASSES, pass_samples=0.125)
     kinds = pixel_kinds(prepasses[-1], settings["size"])
     few = [
         _render(scene, passes=passes, pass_samples=size, seed=seed, **settings)

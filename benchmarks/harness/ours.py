@@ -22,5 +22,5 @@ def render(scene: pm.Scene, **settings: Any) -> tuple[pm.Result, float]:
 
 
 def warm_up(scene: pm.Scene, **settings: Any) -> None:
-    """Compile the kernels that a render needs, and touch its memory."""
-    pm.render(scene, **settings, passes=1)
+    """Compile the kernels that a render needs, of one pass if none are given; touch its memory."""
+    pm.render(scene, **{"passes": 1, **settings})

@@ -7,6 +7,7 @@ each follow from the other three. See `photonmap.kernels.film.direct_filter`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,8 @@ Surfaces = Callable[[], Array]
 """Gives the plane that each pixel shows, (P, 7), by geometry alone"""
 RADIUS, TURN = 4, 0.08
 """How far pixels are averaged, at most: pixels, and radians between their normals."""
+LINES, MARGIN = 24, RADIUS + PATCHES[-1]
+"""Of the image that are filtered at a time, and around them that these need"""
 LEAST_PASSES = 8
 """Of a render that is filtered: two in each group."""
 
@@ -111,9 +114,6 @@ class DirectFilter:
 
         self._workers.ranges(add, len(direct), RANGE, uninterrupted=True)
 
-    def _over_pixels(self, task: Callable[[Span], None], size: int) -> None:
-        self._workers.ranges(lambda first, last: task(Span(first, last)), size, RANGE, True)
-
     def apply(self, moments: Accumulator) -> Accumulator:
         """Return the moments with direct light filtered; the same ones after few passes."""
         if moments.count < LEAST_PASSES:
@@ -123,38 +123,52 @@ class DirectFilter:
         return self._last[1]
 
     def _filter(self, moments: Accumulator) -> Accumulator:
-        own, specular = moments.parts
-        size, bands = own.direct.shape
-        zeros, film, sizes = self._storage.zeros, self._film, sizes_of_groups(moments.count)
-        grouped = Grouped(*self.arrays.values(), *sizes)
-        everywhere = np.ones(size, np.float32)
-        compared = Compared(
-            Footprint(self._surfaces(), everywhere, np.inf, RADIUS, TURN),
-            *list_pairs(),
-            zeros((size, 2 * bands, GROUPS)),
-            *zeros((2, size, len(PATCHES), GROUPS)),
-        )
-        gain, variance = zeros((2, size, bands))
-        parts = sizes[0] / sizes[0].sum()
+        own, film = moments.parts[0], self._film
+        gain, variance = self._storage.zeros((2, *own.direct.shape))
 
-        def average(span: Span) -> None:
-            scratch = np.empty((2 * bands + 2, GROUPS), np.float32)
-            filter_direct(film, compared, parts, scratch, span, gain, variance)
+        def task(first: int, last: int) -> int:
+            rows = slice(first * film.width, last * film.width)
+            gain[rows], variance[rows] = self._filter_lines(moments, first, last)
+            return int(np.count_nonzero(~np.isnan(gain[rows, 0])))
 
-        for task in (
-            lambda span: compare_pixels(own, specular, grouped, compared, span),
-            lambda span: smooth_patches(film, compared, span),
-            average,
-        ):
-            self._over_pixels(task, size)
-        changed = ~np.isnan(gain[:, 0])
-        self.pixels = int(np.count_nonzero(changed))
+        self.pixels = sum(self._workers.ranges(task, film.height, LINES, uninterrupted=True))
         if self.pixels == 0:
             return moments
-        gained = own.reflectance[changed] * gain[changed]
-        self.change = float(gained.sum() / own.direct.sum())
+        self.change = float(np.nansum(own.reflectance * gain, dtype=float) / own.direct.sum())
         give_back(gain, variance, own, film.width)
         return moments.with_direct(gain, variance)
+
+    def _filter_lines(self, moments: Accumulator, first: int, last: int) -> tuple[Array, Array]:
+        """Return what direct light gains in some lines, and its new variance."""
+        film, sizes = self._film, sizes_of_groups(moments.count)
+        top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
+        rows = slice(top * film.width, end * film.width)
+        strip = film._replace(height=end - top)
+        own, specular = (_rows(part, rows) for part in moments.parts)
+        grouped = Grouped(*(array[:, rows] for array in self.arrays.values()), *sizes)
+        size, bands = own.direct.shape
+        everything = Span(0, size)
+        compared = Compared(
+            Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
+            *list_pairs(),
+            np.empty((size, 2 * bands, GROUPS), np.float32),
+            *np.empty((2, size, len(PATCHES), GROUPS), np.float32),
+        )
+        gain, variance = np.zeros((2, size, bands), np.float32)
+        scratch = np.empty((2 * bands + 2, GROUPS), np.float32)
+        compare_pixels(own, specular, grouped, compared, everything)
+        smooth_patches(strip, compared, everything)
+        inner = Span((first - top) * film.width, (last - top) * film.width)
+        filter_direct(strip, compared, sizes[0] / sizes[0].sum(), scratch, inner, gain, variance)
+        inside = slice(inner.first, inner.last)
+        return gain[inside], variance[inside]
+
+
+def _rows(record: Any, rows: slice) -> Any:
+    """Return the rows of the arrays of a record, and of records in it; None for None."""
+    if record is None or isinstance(record, np.ndarray):
+        return None if record is None else record[rows]
+    return type(record)(*(_rows(part, rows) for part in record))
 
 
 def give_back(gain: Array, variance: Array, own: Moments, width: int) -> None:
