@@ -206,11 +206,13 @@ def _add_pair(light, pixel, step, weights, totals, sums):
 
 
 @kernel
-def filter_direct(film, compared, parts, scratch, span, gain, variance):
+def filter_direct(film, compared, parts, scratch, span, gain, variance, seen):
     """Set what direct light gains, and its new variance, both (P, N) float32, in a span of pixels.
 
-    Gain is NaN where nothing changes. `parts`, (G,), are those of the groups in the mean; scratch,
-    (2 N + 2, G) float32, is overwritten.
+    Gain is NaN where nothing changes. `seen`, (P, 2) float32, becomes the mean over bands of that
+    variance and of what differences between groups show of it, both over the variance before.
+    `parts`, (G,), are those of the groups in the mean; scratch, (2 N + 2, G) float32, is
+    overwritten.
     """
     bands, sums, weights, totals = gain.shape[1], scratch[2:], scratch[0], scratch[1]
     for pixel in range(span.first, span.last):
@@ -230,8 +232,17 @@ def filter_direct(film, compared, parts, scratch, span, gain, variance):
                 _add_pair(compared.light, pixel, step, weights, totals, sums)
                 pairs += 1
         for band in range(bands if pairs > 0 else 0):
-            gain[pixel, band], variance[pixel, band] = 0.0, 0.0
+            mean, square, before, after = 0.0, 0.0, 0.0, 0.0
+            gain[pixel, band] = 0.0
             for group in range(GROUPS):
-                part = parts[group] / totals[group]
-                gain[pixel, band] += part * sums[band, group]
-                variance[pixel, band] += part * part * sums[bands + band, group]
+                part, change = parts[group], sums[band, group] / totals[group]
+                light = compared.light[pixel, band, group] + change
+                mean += part * light
+                square += part * light * light
+                before += part * part * compared.light[pixel, bands + band, group]
+                after += (part / totals[group]) ** 2 * sums[bands + band, group]
+                gain[pixel, band] += part * change
+            variance[pixel, band] = after
+            if before > 0.0:
+                seen[pixel, 0] += after / (before * bands)
+                seen[pixel, 1] += (square - mean * mean) / (before * bands * (GROUPS - 1))

@@ -37,6 +37,9 @@ Surfaces = Callable[[], Array]
 """Gives the plane that each pixel shows, (P, 7), by geometry alone"""
 RADIUS, TURN = 4, 0.08
 """How far pixels are averaged, at most: pixels, and radians between their normals."""
+CLASSES, PRIOR = 8, 500.0
+"""Of pixels, by how often averaging halves their variance; pixels that count as if these errors
+were right, as neighbours average the same"""
 LINES, MARGIN = 24, RADIUS + PATCHES[-1]
 """Of the image that are filtered at a time, and around them that these need"""
 LEAST_PASSES = 8
@@ -125,21 +128,32 @@ class DirectFilter:
     def _filter(self, moments: Accumulator) -> Accumulator:
         own, film = moments.parts[0], self._film
         gain, variance = self._storage.zeros((2, *own.direct.shape))
+        classes = self._storage.zeros(len(gain), np.uint8)
 
-        def task(first: int, last: int) -> int:
+        def task(first: int, last: int) -> NDArray[np.float64]:
             rows = slice(first * film.width, last * film.width)
-            gain[rows], variance[rows] = self._filter_lines(moments, first, last)
-            return int(np.count_nonzero(~np.isnan(gain[rows, 0])))
+            gain[rows], variance[rows], seen = self._filter_lines(moments, first, last)
+            halvings = np.rint(-np.log2(np.where(seen[:, 0] > 0.0, seen[:, 0], 1.0)))
+            classes[rows] = np.clip(halvings, 0, CLASSES - 1)
+            weights = ~np.isnan(gain[rows, 0]), *seen.T
+            return np.array([np.bincount(classes[rows], each, CLASSES) for each in weights])
 
-        self.pixels = sum(self._workers.ranges(task, film.height, LINES, uninterrupted=True))
+        counts, stated, between = sum(self._workers.ranges(task, film.height, LINES, True))
+        self.pixels = int(counts.sum())
         if self.pixels == 0:
             return moments
+        alike = PRIOR * stated / np.maximum(counts, 1.0)
+        factors = np.divide(between + alike, stated + alike, np.ones(CLASSES), where=stated > 0.0)
+        variance *= np.minimum(factors, 1.0).astype(np.float32)[classes, None]
         self.change = float(np.nansum(own.reflectance * gain, dtype=float) / own.direct.sum())
         give_back(gain, variance, own, film.width)
         return moments.with_direct(gain, variance)
 
-    def _filter_lines(self, moments: Accumulator, first: int, last: int) -> tuple[Array, Array]:
-        """Return what direct light gains in some lines, and its new variance."""
+    def _filter_lines(self, moments: Accumulator, first: int, last: int) -> tuple[Array, ...]:
+        """Return what direct light gains in some lines, its new variance, and what is seen of it.
+
+        See `filter_direct`.
+        """
         film, sizes = self._film, sizes_of_groups(moments.count)
         top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
         rows = slice(top * film.width, end * film.width)
@@ -155,13 +169,16 @@ class DirectFilter:
             *np.empty((2, size, len(PATCHES), GROUPS), np.float32),
         )
         gain, variance = np.zeros((2, size, bands), np.float32)
+        seen = np.zeros((size, 2), np.float32)
         scratch = np.empty((2 * bands + 2, GROUPS), np.float32)
         compare_pixels(own, specular, grouped, compared, everything)
         smooth_patches(strip, compared, everything)
         inner = Span((first - top) * film.width, (last - top) * film.width)
-        filter_direct(strip, compared, sizes[0] / sizes[0].sum(), scratch, inner, gain, variance)
+        filter_direct(
+            strip, compared, sizes[0] / sizes[0].sum(), scratch, inner, gain, variance, seen
+        )
         inside = slice(inner.first, inner.last)
-        return gain[inside], variance[inside]
+        return gain[inside], variance[inside], seen[inside]
 
 
 def _rows(record: Any, rows: slice) -> Any:
