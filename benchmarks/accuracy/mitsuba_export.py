@@ -2,7 +2,7 @@
 
 Meshes go over as triangles with their shading normals, reflectances and radiances as linear RGB;
 emitters shine from their front, diffuse surfaces and mirrors are the same on both sides. All is in
-the kernels' units: `CompiledScene.power` turns radiances into those of the scene.
+the kernels' units of light: `CompiledScene.power` turns radiances into those of the scene.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from photonmap.spectra.bands import Bands
 
 TEXEL = 64
 """Pixels across a texel of a sky, which are constant in photonmap and interpolated in Mitsuba."""
+SCALE = 100.0
+"""Mitsuba's units of length in one of the kernels': its rays start (1 + the largest coordinate) ×
+9e-5 off a surface, which in a scene of size 1 is 0.7 mm of a room of 6 m, and light leaks."""
 
 Node = dict[str, Any]
 
@@ -57,7 +60,7 @@ def _sensor(compiled: CompiledScene, size: tuple[int, int]) -> Node:
     if camera.height is not None or camera.projection is not None or camera.lens is not None:
         raise ValueError("only pinhole cameras are exported")
     origin, target = (
-        ((np.array(point) - compiled.center) / compiled.size).tolist()
+        (SCALE * (np.array(point) - compiled.center) / compiled.size).tolist()
         for point in (camera.origin, camera.target)
     )
     film = {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"}}
@@ -65,8 +68,8 @@ def _sensor(compiled: CompiledScene, size: tuple[int, int]) -> Node:
         "type": "perspective",
         "fov": camera.fov,
         "fov_axis": "y",
-        "near_clip": 1e-4,
-        "far_clip": 1e4,
+        "near_clip": 1e-4 * SCALE,
+        "far_clip": 1e4 * SCALE,
         "to_world": {"look_at": [origin, target, list(camera.up)]},
         "film": film,
         "sampler": {"type": "independent"},
@@ -89,7 +92,7 @@ def _meshes(compiled: CompiledScene, folder: Path) -> Node:
         place = folder / f"mesh{number}.ply"
         _write_ply(
             place,
-            geometry.vertices[used],
+            geometry.vertices[used] * np.float32(SCALE),
             normals[used] if is_smooth else None,
             faces.reshape(-1, 3),
         )
@@ -130,8 +133,8 @@ def _lights(scene: pm.Scene, compiled: CompiledScene, folder: Path) -> Node:
         nodes[f"light{row}"] = {
             pm.PointLight: lambda row=row, color=color: {
                 "type": "point",
-                "position": lights.position[row].tolist(),
-                "intensity": color,
+                "position": (SCALE * lights.position[row]).tolist(),
+                "intensity": _rgb(SCALE**2 * lights.spectra[lights.spectrum[row]]),
             },
             pm.DirectionalLight: lambda row=row, color=color: {
                 "type": "directional",
