@@ -101,11 +101,14 @@ def _measure(
 def time_to(level: float, points: list[Point], least: int) -> tuple[float, bool]:
     """Return the seconds to a relMSE, and whether they lie outside the measured range.
 
-    Between two points they follow a power law. Outside, variance is taken to be inversely
-    proportional to time, starting from the most efficient point; but if the smallest budget,
-    `least`, is a single pass, it cannot be divided.
+    Between two points they follow a power law; those that take longer than a better one do not
+    count. Outside, variance is taken to be inversely proportional to time, starting from the most
+    efficient point; but if the smallest budget, `least`, is a single pass, it cannot be divided.
     """
-    ordered = sorted(points)
+    ordered: list[Point] = []
+    for point in sorted(points):
+        if not ordered or point[1] < ordered[-1][1]:
+            ordered.append(point)
     if level > ordered[0][1]:
         if least == 1:
             return ordered[0][0], False
