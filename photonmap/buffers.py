@@ -57,7 +57,7 @@ class Buffer:
     quantity, source, pooling : see these types
     channels : names of the channels in files; None for one channel a band
     has_error : it has a standard error of the mean
-    has_block_error : so have its means over blocks of pixels, because pixels share photons
+    has_block_error : so have its means over blocks of pixels, because pixels share light
     is_goal : a render may aim at its error; in the order of the kernels' `GOAL_BUFFERS`
     per_light : it may be split by light group
     omitted : when it is not written

@@ -90,7 +90,7 @@ class DirectFilter:
         storage: Storage = RAM,
     ) -> None:
         self._film, self._workers, self._storage = film, workers, storage
-        self._surfaces = surfaces
+        self._surfaces, self._pairs = surfaces, list_pairs()
         size = film.width * film.height
         self.arrays = {
             "direct by groups": storage.zeros((GROUPS, size, bands)),
@@ -145,8 +145,8 @@ class DirectFilter:
         alike = PRIOR * stated / np.maximum(counts, 1.0)
         factors = np.divide(between + alike, stated + alike, np.ones(CLASSES), where=stated > 0.0)
         variance *= np.minimum(factors, 1.0).astype(np.float32)[classes, None]
-        self.change = float(np.nansum(own.reflectance * gain, dtype=float) / own.direct.sum())
-        give_back(gain, variance, own, film.width)
+        gained = give_back(gain, variance, own, film.width)
+        self.change = float(gained / own.direct.sum())
         return moments.with_direct(gain, variance)
 
     def _filter_lines(self, moments: Accumulator, first: int, last: int) -> tuple[Array, ...]:
@@ -164,7 +164,7 @@ class DirectFilter:
         everything = Span(0, size)
         compared = Compared(
             Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
-            *list_pairs(),
+            *self._pairs,
             np.empty((size, 2 * bands, GROUPS), np.float32),
             *np.empty((2, size, len(PATCHES), GROUPS), np.float32),
         )
@@ -188,15 +188,15 @@ def _rows(record: Any, rows: slice) -> Any:
     return type(record)(*(_rows(part, rows) for part in record))
 
 
-def give_back(gain: Array, variance: Array, own: Moments, width: int) -> None:
-    """Take from blocks of pixels what their direct light gained in sum, and widen their variance.
+def give_back(gain: Array, variance: Array, own: Moments, width: int) -> float:
+    """Take from blocks what their direct light gained, and widen its variance; return the sum.
 
     What averaging changes in the mean is a bias, which is so known with little noise. Pixels return
     it in proportion to their variance, those that vary alone all of it; where that is more than the
     light of one of them, in proportion to light.
     """
     bands, starts = gain.shape[1], np.arange(0, width, SIDE)
-    widths, tiny = np.diff(starts, append=width), np.finfo(np.float64).tiny
+    widths, tiny, gained = np.diff(starts, append=width), np.finfo(np.float64).tiny, 0.0
 
     def sums(image: NDArray[np.float64]) -> NDArray[np.float64]:
         lines = image.reshape(-1, width, bands)
@@ -210,6 +210,7 @@ def give_back(gain: Array, variance: Array, own: Moments, width: int) -> None:
         light, stays = own.direct[part] + change, np.isnan(change)
         for image in (change, spread, light):
             image[stays] = 0.0
+        gained += float(change.sum())
         whole, change = sums(spread), sums(change)
         share = spread / np.maximum(whole, tiny)
         is_more = sums((share * change > light).astype(np.float64)) > 0.0
@@ -217,3 +218,4 @@ def give_back(gain: Array, variance: Array, own: Moments, width: int) -> None:
         known = np.where(r > 0.0, r, 1.0)
         gain[part] -= share * change / known
         variance[part] += share * share * whole / known**2
+    return gained

@@ -144,11 +144,9 @@ class LightGroups:
         filtered = self.filtered
         buffers, errors = filtered.finish(scale, ALL if self._groups else kept)
         if filtered is not self.whole and "direct_unfiltered" in kept:
-            plain, own = self.whole.finish(scale, ("direct",))
-            buffers["direct_unfiltered"], errors["direct_unfiltered"] = (
-                plain["direct"],
-                own["direct"],
-            )
+            plain = self.whole.finish(scale, ("direct",))
+            for images, own in zip((buffers, errors), plain, strict=True):
+                images["direct_unfiltered"] = own["direct"]
         for index, (group, accumulator) in enumerate(self._groups.items()):
             parts, spreads = accumulator.finish(scale, OF_GROUPS)
             for name, part in parts.items():
