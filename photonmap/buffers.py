@@ -153,7 +153,7 @@ TABLE = (
         "the mean of direct over passes, before it is averaged over pixels of a surface: merging "
         "takes it",
         "radiance", "passes", "mean",
-        has_error=True, omitted="where direct light is not filtered",
+        has_error=True, per_light=True, omitted="where direct light is not filtered",
     ),
     Buffer(
         "indirect",

@@ -458,7 +458,6 @@ def why_unfiltered(plan: RenderPlan, settings: Settings) -> str | None:
     """Return why direct light is not filtered; None if it is."""
     cases = {
         "it was turned off": not settings.filter_direct,
-        "each light group has noise of its own": settings.per_light,
         "path tracing and renders without bias share nothing": settings.integrator != "photon",
         "there is no direct light": not plan.effects.on("direct"),
         "all shadows are sharp": not plan.effects.on("soft_shadows"),

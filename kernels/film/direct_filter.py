@@ -4,6 +4,9 @@ Passes form groups. How far the light of two pixels on opposite sides is from th
 seen in all groups but one, by single pixels and over patches; the light of that one is averaged by
 what follows. So weights are independent of the noise that they average, and of its variance, which
 is that within the group. A pair cancels what changes linearly.
+
+Where light is split by light group, the light of the whole and of each group is averaged by the
+same weights, which all of them allow.
 """
 
 import math
@@ -41,14 +44,17 @@ class Grouped(NamedTuple):
 
 @by_reference
 class Compared(NamedTuple):
-    """What pixels are compared by, and what is averaged: of radiance at reflectance 1."""
+    """What pixels are compared by, and what is averaged: of radiance at reflectance 1.
+
+    Lights are the whole, the first of them, and the K - 1 light groups that it is split into.
+    """
 
     footprint: Footprint  # which pixels show one surface
-    pairs: np.ndarray  # (K, 2) int64, columns and lines from a pixel to one of a pair beside it
-    strictness: np.ndarray  # (K, L) float32: times a difference's variance, the square to weigh 0
-    light: np.ndarray  # (P, 2 N, G) float32, mean in each group, and its variance by itself
-    smooth: np.ndarray  # (P, L, G) float32, mean over bands, a patch and all groups but one
-    noise: np.ndarray  # (P, L, G) float32, variance of that; NaN where a pixel stays as it is
+    pairs: np.ndarray  # (R, 2) int64, columns and lines from a pixel to one of a pair beside it
+    strictness: np.ndarray  # (R, L) float32: times a difference's variance, the square to weigh 0
+    light: np.ndarray  # (K, P, 2 N, G) float32, mean in each group, and its variance by itself
+    smooth: np.ndarray  # (K, P, L, G) float32, mean over bands, a patch and all groups but one
+    noise: np.ndarray  # (K, P, L, G) float32, variance of that; NaN where a pixel stays as it is
 
 
 @jit
@@ -87,31 +93,36 @@ def _pool(grouped, pixel, left_out):
 
 
 @kernel
-def compare_pixels(moments, specular, grouped, compared, span):
-    """Fill the light of a span of pixels, its variance, and what single pixels compare."""
-    bands = moments.direct.shape[1]
+def compare_pixels(moments, specular, grouped, compared, light, span):
+    """Fill what pixels of a span have of one of the lights, its variance, and what they compare.
+
+    The whole comes first: it says which pixels stay as they are.
+    """
+    bands, all_noise = moments.direct.shape[1], compared.noise[0]
+    shown, smooth, noise = compared.light[light], compared.smooth[light], compared.noise[light]
     for pixel in range(span.first, span.last):
-        compared.noise[pixel, 0, 0] = np.nan
-        if not _is_uniform(moments, specular, compared.footprint.plane, pixel):
+        if light == 0:
+            is_uniform = _is_uniform(moments, specular, compared.footprint.plane, pixel)
+            noise[pixel, 0, 0] = 0.0 if is_uniform else np.nan
+        if math.isnan(all_noise[pixel, 0, 0]):
             continue
-        mean, light, count = 0.0, 0.0, float(moments.counts[pixel])
+        mean, even, count = 0.0, 0.0, float(moments.counts[pixel])
         for band in range(bands):
             mean += moments.direct[pixel, band]
-            light += moments.direct[pixel, band] / moments.reflectance[pixel, band]
-        factor, whole = light / max(mean, TINY), _pool(grouped, pixel, -1)[1]
+            even += moments.direct[pixel, band] / moments.reflectance[pixel, band]
+        factor, whole = even / max(mean, TINY), _pool(grouped, pixel, -1)[1]
         for group in range(GROUPS):
             others, variance = _pool(grouped, pixel, group)
-            compared.smooth[pixel, 0, group] = factor * others
-            compared.noise[pixel, 0, group] = factor * factor * variance
+            smooth[pixel, 0, group] = factor * others
+            noise[pixel, 0, group] = factor * factor * variance
             passes = grouped.passes[group]
             own = grouped.spread[group, pixel] / ((grouped.values[group] - 1.0) * passes)
             own /= max(whole, TINY) * count * (count - 1.0)
             for band in range(bands):  # its variance, times that in this group over that in all
                 r = moments.reflectance[pixel, band]
-                light = grouped.sums[group, pixel, band] / (passes * r)
-                compared.light[pixel, band, group] = light
+                shown[pixel, band, group] = grouped.sums[group, pixel, band] / (passes * r)
                 spread = moments.direct_spread[pixel, band]
-                compared.light[pixel, bands + band, group] = spread * own / (r * r)
+                shown[pixel, bands + band, group] = spread * own / (r * r)
 
 
 @jit
@@ -119,7 +130,7 @@ def _step_of_pair(film, compared, pixel, pair):
     """Return how many pixels apart those of a pair beside one are; 0 if they are not averaged."""
     x, y = compared.pairs[pair]
     column, row, step = pixel % film.width, pixel // film.width, y * film.width + x
-    noise, footprint = compared.noise, compared.footprint
+    noise, footprint = compared.noise[0], compared.footprint
     if (
         min(column, film.width - 1 - column) < abs(x)
         or min(row, film.height - 1 - row) < y
@@ -139,11 +150,11 @@ def _add_patch(patch, pixel, level):
 
 
 @kernel
-def smooth_patches(film, compared, span):
-    """Fill `smooth` and `noise` of larger patches in a span of pixels."""
-    smooth, noise = compared.smooth, compared.noise
+def smooth_patches(film, compared, light, span):
+    """Fill what larger patches of a span of pixels compare, of one of the lights."""
+    smooth, noise = compared.smooth[light], compared.noise[light]
     for pixel in range(span.first, span.last):
-        for level in range(1, 1 if math.isnan(noise[pixel, 0, 0]) else len(PATCHES)):
+        for level in range(1, 1 if math.isnan(compared.noise[0, pixel, 0, 0]) else len(PATCHES)):
             for group in range(GROUPS):
                 smooth[pixel, level, group] = smooth[pixel, 0, group]
                 noise[pixel, level, group] = noise[pixel, 0, group]
@@ -162,37 +173,50 @@ def smooth_patches(film, compared, span):
 
 
 @vectorized
-def _weigh(compared, pixel, step, pair, weights):
-    """Set the weights, (G,), of a pair a `step` to both sides of a pixel; return their sum."""
-    smooth, noise, half = compared.smooth, compared.noise, np.float32(0.5)
+def _weigh(smooth, noise, pixel, step, strictness, own, weights):
+    """Lower the weights, (G,), of a pair a `step` to both sides of a pixel to what a light allows.
+
+    They are those of passes of each group; `own` is overwritten. Returns their sum.
+    """
     here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
+    total, last, half = np.float32(0.0), len(PATCHES) - 1, np.float32(0.5)
     for group in range(GROUPS):
-        weights[group] = np.float32(1.0)
+        own[group] = np.float32(1.0)
     for level in range(len(PATCHES)):
         for group in range(GROUPS):
             off = half * (smooth[ahead, level, group] + smooth[behind, level, group])
             off -= smooth[here, level, group]
             variance = half * half * (noise[ahead, level, group] + noise[behind, level, group])
-            variance = compared.strictness[pair, level] * (noise[here, level, group] + variance)
+            variance = strictness[level] * (noise[here, level, group] + variance)
             weight = np.float32(1.0) - off * off / max(variance, np.float32(TINY))
-            weights[group] = min(weights[group], weight)
-    total, last = np.float32(0.0), len(PATCHES) - 1
+            own[group] = min(own[group], weight)
     for group in range(GROUPS):  # by the variance over the largest patch
-        own = noise[here, last, group]
+        noisy = max(noise[here, last, group], np.float32(TINY))
         beside = half * (noise[ahead, last, group] + noise[behind, last, group])
-        even = own / max(own, max(beside, np.float32(TINY)))
-        weights[group] = max(weights[group], np.float32(0.0)) * even
+        even = noisy / max(noisy, beside)
+        weights[group] = min(weights[group], max(own[group], np.float32(0.0)) * even)
         total += weights[group]
     return total
 
 
+@jit
+def _weigh_all(compared, pixel, step, pair, weights):
+    """Set the weights of a pair, weights[0], to what all lights allow; return their sum."""
+    total = 1.0
+    weights[0] = 1.0
+    for light in range(len(compared.noise)):
+        if total > 0.0:
+            smooth, noise = compared.smooth[light], compared.noise[light]
+            strictness = compared.strictness[pair]
+            total = _weigh(smooth, noise, pixel, step, strictness, weights[1], weights[0])
+    return total
+
+
 @vectorized
-def _add_pair(light, pixel, step, weights, totals, sums):
+def _add_pair(light, pixel, step, weights, sums):
     """Add a pair's light, less the pixel's, and its variance to sums, (2 N, G)."""
     here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
     bands = len(sums) // 2
-    for group in range(GROUPS):
-        totals[group] += np.float32(2.0) * weights[group]
     for band in range(bands):
         for group in range(GROUPS):
             pair = light[ahead, band, group] + light[behind, band, group]
@@ -205,44 +229,59 @@ def _add_pair(light, pixel, step, weights, totals, sums):
             sums[row, group] += weights[group] * weights[group] * pair
 
 
-@kernel
-def filter_direct(film, compared, parts, scratch, span, gain, variance, seen):
-    """Set what direct light gains, and its new variance, both (P, N) float32, in a span of pixels.
+@jit
+def _finish_pixel(compared, parts, light, pixel, totals, sums, gain, variance, seen):
+    """Set what one of the lights of a pixel gains, its new variance, and what is seen of it."""
+    bands, own = gain.shape[2], compared.light[light, pixel]
+    for band in range(bands):
+        mean, square, before, after = 0.0, 0.0, 0.0, 0.0
+        gain[light, pixel, band] = 0.0
+        for group in range(GROUPS):
+            part, change = parts[group], sums[light, band, group] / totals[group]
+            shown = own[band, group] + change
+            mean += part * shown
+            square += part * shown * shown
+            before += part * part * own[bands + band, group]
+            after += (part / totals[group]) ** 2 * sums[light, bands + band, group]
+            gain[light, pixel, band] += part * change
+        variance[light, pixel, band] = after
+        if light == 0 and before > 0.0:
+            seen[pixel, 0] += after / (before * bands)
+            seen[pixel, 1] += (square - mean * mean) / (before * bands * (GROUPS - 1))
 
-    Gain is NaN where nothing changes. `seen`, (P, 2) float32, becomes the mean over bands of that
-    variance and of what differences between groups show of it, both over the variance before.
-    `parts`, (G,), are those of the groups in the mean; scratch, (2 N + 2, G) float32, is
-    overwritten.
+
+@kernel
+def filter_direct(film, compared, parts, weights, sums, span, gain, variance, seen):
+    """Set what direct light gains, and its new variance, both (K, P, N) float32, in a span.
+
+    Gain is NaN where nothing changes. `seen`, (P, 2) float32, becomes the mean over bands of the
+    whole's variance and of what differences between groups show of it, both over the variance
+    before. `parts`, (G,), are those of the groups in the mean; weights, (3, G), and sums,
+    (K, 2 N, G), float32, are overwritten.
     """
-    bands, sums, weights, totals = gain.shape[1], scratch[2:], scratch[0], scratch[1]
+    lights, _, bands = gain.shape
+    totals = weights[2]
     for pixel in range(span.first, span.last):
-        for band in range(bands):
-            gain[pixel, band] = np.nan
-        if math.isnan(compared.noise[pixel, 0, 0]):
+        for light in range(lights):
+            for band in range(bands):
+                gain[light, pixel, band] = np.nan
+        if math.isnan(compared.noise[0, pixel, 0, 0]):
             continue
         pairs = 0
         for group in range(GROUPS):
             totals[group] = 1.0
-            for band in range(bands):
-                sums[band, group] = 0.0
-                sums[bands + band, group] = compared.light[pixel, bands + band, group]
+            for light in range(lights):
+                for band in range(bands):
+                    row = bands + band
+                    sums[light, band, group] = 0.0
+                    sums[light, row, group] = compared.light[light, pixel, row, group]
         for pair in range(len(compared.pairs)):
             step = _step_of_pair(film, compared, pixel, pair)
-            if step > 0 and _weigh(compared, pixel, step, pair, weights) > 0.0:
-                _add_pair(compared.light, pixel, step, weights, totals, sums)
+            if step > 0 and _weigh_all(compared, pixel, step, pair, weights) > 0.0:
+                for light in range(lights):
+                    _add_pair(compared.light[light], pixel, step, weights[0], sums[light])
+                for group in range(GROUPS):
+                    totals[group] += np.float32(2.0) * weights[0, group]
                 pairs += 1
-        for band in range(bands if pairs > 0 else 0):
-            mean, square, before, after = 0.0, 0.0, 0.0, 0.0
-            gain[pixel, band] = 0.0
-            for group in range(GROUPS):
-                part, change = parts[group], sums[band, group] / totals[group]
-                light = compared.light[pixel, band, group] + change
-                mean += part * light
-                square += part * light * light
-                before += part * part * compared.light[pixel, bands + band, group]
-                after += (part / totals[group]) ** 2 * sums[bands + band, group]
-                gain[pixel, band] += part * change
-            variance[pixel, band] = after
-            if before > 0.0:
-                seen[pixel, 0] += after / (before * bands)
-                seen[pixel, 1] += (square - mean * mean) / (before * bands * (GROUPS - 1))
+        for light in range(lights if pairs > 0 else 0):
+            _finish_pixel(compared, parts, light, pixel, totals, sums, gain, variance, seen)

@@ -1,12 +1,13 @@
 """Direct light averaged over pixels of a surface when a render is read out.
 
 It needs the means of direct light in four groups of replicates beside the moments: the weights of
-each follow from the other three. See `photonmap.kernels.film.direct_filter`.
+each follow from the other three. See `photonmap.kernels.film.direct_filter`. Light groups are
+averaged by the weights of the whole, so that they still add up to it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,9 +63,9 @@ def sizes_of_groups(count: int) -> NDArray[np.float64]:
 
 
 def list_pairs() -> tuple[NDArray[np.int64], Array]:
-    """Return the pairs on opposite sides of a pixel, (K, 2), and how strictly each is compared.
+    """Return the pairs on opposite sides of a pixel, (R, 2), and how strictly each is compared.
 
-    (K, L): by patches, the variance of the mean of two less the one between, over that of three
+    (R, L): by patches, the variance of the mean of two less the one between, over that of three
     that have no pixel in common, times `STRICTNESS`.
     """
     y, x = np.mgrid[: RADIUS + 1, -RADIUS : RADIUS + 1].reshape(2, -1)
@@ -79,11 +80,15 @@ def list_pairs() -> tuple[NDArray[np.int64], Array]:
 
 
 class DirectFilter:
-    """Keeps direct light by groups of passes, 16 bytes a pixel and band, and filters it."""
+    """Keeps direct light by groups of passes, 16 bytes a pixel and band, and filters it.
+
+    `lights` is 1, or 1 + the number of light groups: they follow the whole.
+    """
 
     def __init__(
         self,
         film: Film,
+        lights: int,
         bands: int,
         workers: Workers,
         surfaces: Surfaces,
@@ -91,21 +96,21 @@ class DirectFilter:
     ) -> None:
         self._film, self._workers, self._storage = film, workers, storage
         self._surfaces, self._pairs = surfaces, list_pairs()
-        size = film.width * film.height
+        shape = lights, GROUPS, film.width * film.height
         self.arrays = {
-            "direct by groups": storage.zeros((GROUPS, size, bands)),
-            "mean by groups": storage.zeros((GROUPS, size), np.float64),
-            "spread by groups": storage.zeros((GROUPS, size)),
+            "direct by groups": storage.zeros((*shape, bands)),
+            "mean by groups": storage.zeros(shape, np.float64),
+            "spread by groups": storage.zeros(shape),
         }
         """All that passes leave behind, by name: the arrays themselves, as `Grouped` has them."""
-        self._last: tuple[int, Accumulator] | None = None
+        self._last: tuple[int, list[Accumulator]] | None = None
         self.pixels, self.change = 0, 0.0
         """Number of pixels that were filtered last; what their light gained, of all direct light"""
 
-    def add(self, direct: NDArray[np.float32], index: int, passes: float) -> None:
-        """Take in direct light, (P, N): the mean of so many passes from number `index` on."""
+    def add(self, direct: Array, light: int, index: int, passes: float) -> None:
+        """Take in one light, (P, N): the mean of so many passes from number `index` on."""
         group = group_of(index)
-        total, mean, spread = (array[group] for array in self.arrays.values())
+        total, mean, spread = (array[light, group] for array in self.arrays.values())
         count = int(sizes_of_groups(index)[0, group] + passes)
         weight = Weight(passes, 1.0, passes)
 
@@ -117,68 +122,79 @@ class DirectFilter:
 
         self._workers.ranges(add, len(direct), RANGE, uninterrupted=True)
 
-    def apply(self, moments: Accumulator) -> Accumulator:
+    def apply(self, moments: Sequence[Accumulator]) -> Sequence[Accumulator]:
         """Return the moments with direct light filtered; the same ones after few passes."""
-        if moments.count < LEAST_PASSES:
+        count = moments[0].count
+        if count < LEAST_PASSES:
             return moments
-        if self._last is None or self._last[0] != moments.count:
-            self._last = moments.count, self._filter(moments)
+        if self._last is None or self._last[0] != count:
+            self._last = count, self._filter(moments)
         return self._last[1]
 
-    def _filter(self, moments: Accumulator) -> Accumulator:
-        own, film = moments.parts[0], self._film
-        gain, variance = self._storage.zeros((2, *own.direct.shape))
-        classes = self._storage.zeros(len(gain), np.uint8)
+    def _filter(self, moments: Sequence[Accumulator]) -> list[Accumulator]:
+        owns, film = [each.parts[0] for each in moments], self._film
+        gain, variance = self._storage.zeros((2, len(owns), *owns[0].direct.shape))
+        classes = self._storage.zeros(gain.shape[1], np.uint8)
 
         def task(first: int, last: int) -> NDArray[np.float64]:
             rows = slice(first * film.width, last * film.width)
-            gain[rows], variance[rows], seen = self._filter_lines(moments, first, last)
+            gain[:, rows], variance[:, rows], seen = self._filter_lines(moments, first, last)
             halvings = np.rint(-np.log2(np.where(seen[:, 0] > 0.0, seen[:, 0], 1.0)))
             classes[rows] = np.clip(halvings, 0, CLASSES - 1)
-            weights = ~np.isnan(gain[rows, 0]), *seen.T
+            weights = ~np.isnan(gain[0, rows, 0]), *seen.T
             return np.array([np.bincount(classes[rows], each, CLASSES) for each in weights])
 
         counts, stated, between = sum(self._workers.ranges(task, film.height, LINES, True))
         self.pixels = int(counts.sum())
         if self.pixels == 0:
-            return moments
+            return list(moments)
         alike = PRIOR * stated / np.maximum(counts, 1.0)
         factors = np.divide(between + alike, stated + alike, np.ones(CLASSES), where=stated > 0.0)
         variance *= np.minimum(factors, 1.0).astype(np.float32)[classes, None]
-        gained = give_back(gain, variance, own, film.width)
-        self.change = float(gained / own.direct.sum())
-        return moments.with_direct(gain, variance)
+        gained = [give_back(*each, film.width) for each in zip(gain, variance, owns, strict=True)]
+        if len(owns) > 1:
+            gain[0] = gain[1:].sum(axis=0)
+        self.change = float(gained[0] / owns[0].direct.sum())
+        each = zip(moments, gain, variance, strict=True)
+        return [own.with_direct(change, spread) for own, change, spread in each]
 
-    def _filter_lines(self, moments: Accumulator, first: int, last: int) -> tuple[Array, ...]:
+    def _filter_lines(
+        self, moments: Sequence[Accumulator], first: int, last: int
+    ) -> tuple[Array, ...]:
         """Return what direct light gains in some lines, its new variance, and what is seen of it.
 
         See `filter_direct`.
         """
-        film, sizes = self._film, sizes_of_groups(moments.count)
+        film, sizes = self._film, sizes_of_groups(moments[0].count)
         top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
         rows = slice(top * film.width, end * film.width)
         strip = film._replace(height=end - top)
-        own, specular = (_rows(part, rows) for part in moments.parts)
-        grouped = Grouped(*(array[:, rows] for array in self.arrays.values()), *sizes)
-        size, bands = own.direct.shape
+        lights, bands = len(moments), moments[0].parts[0].direct.shape[1]
+        size = rows.stop - rows.start
         everything = Span(0, size)
         compared = Compared(
             Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
             *self._pairs,
-            np.empty((size, 2 * bands, GROUPS), np.float32),
-            *np.empty((2, size, len(PATCHES), GROUPS), np.float32),
+            np.empty((lights, size, 2 * bands, GROUPS), np.float32),
+            *np.empty((2, lights, size, len(PATCHES), GROUPS), np.float32),
         )
-        gain, variance = np.zeros((2, size, bands), np.float32)
+        for light, each in enumerate(moments):
+            own, specular = (_rows(part, rows) for part in each.parts)
+            grouped = Grouped(*(array[light][:, rows] for array in self.arrays.values()), *sizes)
+            compare_pixels(own, specular, grouped, compared, light, everything)
+            smooth_patches(strip, compared, light, everything)
+        gain, variance = np.zeros((2, lights, size, bands), np.float32)
         seen = np.zeros((size, 2), np.float32)
-        scratch = np.empty((2 * bands + 2, GROUPS), np.float32)
-        compare_pixels(own, specular, grouped, compared, everything)
-        smooth_patches(strip, compared, everything)
+        scratch = (
+            np.empty((3, GROUPS), np.float32),
+            np.empty((lights, 2 * bands, GROUPS), np.float32),
+        )
         inner = Span((first - top) * film.width, (last - top) * film.width)
         filter_direct(
-            strip, compared, sizes[0] / sizes[0].sum(), scratch, inner, gain, variance, seen
+            strip, compared, sizes[0] / sizes[0].sum(), *scratch, inner, gain, variance, seen
         )
         inside = slice(inner.first, inner.last)
-        return gain[inside], variance[inside], seen[inside]
+        return gain[:, inside], variance[:, inside], seen[inside]
 
 
 def _rows(record: Any, rows: slice) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ OF_GROUPS = names_where(per_light=True)
 class LightGroups:
     """Takes in passes one by one, each with what `columns` carry.
 
-    Direct light is filtered if `surfaces` are given: see `DirectFilter`. Light groups are not.
+    Direct light is filtered if `surfaces` are given: see `DirectFilter`.
     """
 
     def __init__(
@@ -44,11 +44,6 @@ class LightGroups:
         self.whole = Accumulator(
             size, columns.distinct, workers, specular, columns.weights, storage, fluorescent
         )
-        self.filter = (
-            None
-            if surfaces is None
-            else DirectFilter(film, columns.distinct, workers, surfaces, storage)
-        )
         rows = 9 if fluorescent else 5 if specular else 0
         self._replicate = Replicate((size, columns.count), rows, workers, storage)
         self._replicates = replicates
@@ -62,6 +57,17 @@ class LightGroups:
             else self.whole
             for group in (columns.groups if split else ())
         }
+        lights = len(self._accumulators)
+        self.filter = (
+            None
+            if surfaces is None
+            else DirectFilter(film, lights, columns.distinct, workers, surfaces, storage)
+        )
+
+    @property
+    def _accumulators(self) -> list[Accumulator]:
+        """The whole, and the light groups that it is split into."""
+        return [self.whole, *(each for each in self._groups.values() if each is not self.whole)]
 
     @property
     def passes(self) -> int:
@@ -90,29 +96,28 @@ class LightGroups:
         return replicate_size(index) if self._replicates else 1
 
     def _take(self, pixels: Pixels, seen: NDArray[np.float32] | None, weight: Weight) -> None:
-        columns = self._columns
-        for index, accumulator in enumerate(self._groups.values()):
-            if accumulator is self.whole:  # there is one group
-                continue
-            part = None if seen is None else columns.of_group(seen, index)
-            accumulator.add(split_pixels(columns, pixels, index), part, weight)
-        whole = split_pixels(columns, pixels), None if seen is None else columns.whole(seen)
-        if self.filter is not None:
-            self.filter.add(whole[0].direct, self.whole.count, weight.part)
-        self.whole.add(*whole, weight)
-        self._blocks.add(*whole, weight)
+        columns, index = self._columns, self.whole.count
+        for light, accumulator in enumerate(self._accumulators):
+            own = split_pixels(columns, pixels, light - 1 if light else None)
+            specular = seen
+            if seen is not None:
+                specular = columns.of_group(seen, light - 1) if light else columns.whole(seen)
+            accumulator.add(own, specular, weight)
+            if light == 0:
+                self._blocks.add(own, specular, weight)
+            if self.filter is not None:
+                self.filter.add(own.direct, light, index, weight.part)
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that passes leave behind but their number, by name: the arrays themselves."""
-        accumulators = enumerate((self.whole, *self._groups.values()))
         return (
             self._blocks.arrays
             | self._replicate.arrays
             | ({} if self.filter is None else self.filter.arrays)
             | {
                 f"{index} {name}": array
-                for index, accumulator in accumulators
+                for index, accumulator in enumerate(self._accumulators)
                 for name, array in accumulator.arrays.items()
             }
         )
@@ -120,13 +125,18 @@ class LightGroups:
     @property
     def filtered(self) -> Accumulator:
         """The moments of the whole as they are read out: of filtered direct light."""
-        return self.whole if self.filter is None else self.filter.apply(self.whole)
+        return self._filtered[0]
+
+    @property
+    def _filtered(self) -> Sequence[Accumulator]:
+        accumulators = self._accumulators
+        return accumulators if self.filter is None else self.filter.apply(accumulators)
 
     def resume(self, count: int) -> None:
         """Go on after `count` passes, those that `arrays` were filled with."""
         self._replicate.passes = count % self._size(count)
         self._blocks.count = count - self._replicate.passes
-        for accumulator in (self.whole, *self._groups.values()):
+        for accumulator in self._accumulators:
             accumulator.count = self._blocks.count
 
     def clear(self) -> None:
@@ -141,14 +151,11 @@ class LightGroups:
         Those of groups are named as in "direct@sun". Where lights are split, buffers of the whole
         are the sums of theirs, in their order. A covariance that is 0 everywhere is left out.
         """
-        filtered = self.filtered
-        buffers, errors = filtered.finish(scale, ALL if self._groups else kept)
-        if filtered is not self.whole and "direct_unfiltered" in kept:
-            plain = self.whole.finish(scale, ("direct",))
-            for images, own in zip((buffers, errors), plain, strict=True):
-                images["direct_unfiltered"] = own["direct"]
-        for index, (group, accumulator) in enumerate(self._groups.items()):
-            parts, spreads = accumulator.finish(scale, OF_GROUPS)
+        lights = list(zip(self._accumulators, self._filtered, strict=True))
+        plain = "direct_unfiltered" in kept
+        buffers, errors = _finish(*lights[0], scale, ALL if self._groups else kept, plain)
+        for index, group in enumerate(self._groups):
+            parts, spreads = _finish(*lights[index - len(self._groups)], scale, OF_GROUPS, plain)
             for name, part in parts.items():
                 buffers[name][:] = part if index == 0 else buffers[name] + part
                 buffers[group_name(name, group)] = part
@@ -186,3 +193,16 @@ class LightGroups:
         for part in strips(len(image)):
             expanded[part] = image[part][:, of_band]
         return expanded
+
+
+def _finish(
+    own: Accumulator, filtered: Accumulator, scale: float, kept: Container[str], plain: bool
+) -> tuple[Buffers, Buffers]:
+    """Return what was filtered, and the plain means of direct light if these are asked for."""
+    buffers, errors = filtered.finish(scale, kept)
+    if plain and filtered is not own:
+        for images, unfiltered in zip(
+            (buffers, errors), own.finish(scale, ("direct",)), strict=True
+        ):
+            images["direct_unfiltered"] = unfiltered["direct"]
+    return buffers, errors

@@ -17,7 +17,7 @@ SPECULAR_BYTES_PER_VALUE = 44
 """Moments and passes of caustics and of what is seen via specular surfaces."""
 FLUORESCENT_BYTES_PER_VALUE = 84
 """Moments and passes of fluorescence and of what excites it."""
-FILTER_BYTES = 44, 64
+FILTER_BYTES = 60, 64
 """Of a value, and of a pixel, to filter direct light when a render is read out."""
 UNBIASED_BUFFERS = 8
 """Arrays of an unbiased pass besides: differences, rounds of averages, reflectance."""

@@ -7,11 +7,15 @@ are merged by their plain means.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from photonmap.buffers import group_name, split_name
 from photonmap.results.result import Result
 
+Images = dict[str, NDArray[Any]]
 UNFILTERED = "direct_unfiltered"
 
 
@@ -24,18 +28,31 @@ def unfiltered(result: Result) -> Result:
     if UNFILTERED not in result.buffers:
         return result
     buffers, errors = dict(result.buffers), dict(result.errors)
-    direct, error = (images.pop(UNFILTERED) for images in (buffers, errors))
-    before, of_direct, of_indirect, of_radiance = (
-        image.astype(np.float64) ** 2
-        for image in (error, *(errors[name] for name in ("direct", "indirect", "radiance")))
-    )
-    changed = (direct != buffers["direct"]) | (error != errors["direct"])
-    ratio = np.sqrt(np.divide(before, of_direct, out=np.zeros_like(before), where=of_direct > 0.0))
-    whole = before + of_indirect + ratio * (of_radiance - of_direct - of_indirect)
-    light, spread = direct + buffers["indirect"], np.sqrt(np.maximum(whole, 0.0))
-    r = np.where(changed, buffers["reflectance"], 1.0)
-    for images, own, values in ((buffers, direct, light), (errors, error, spread)):
-        for name, value in {"radiance": values, "shading": values / r}.items():
-            images[name] = np.where(changed, value, images[name]).astype(np.float32)
-        images["direct"] = own
+    for name in result.buffers:
+        buffer, group = split_name(name)
+        if buffer == UNFILTERED:
+            _restore(buffers, errors, group)
     return replace(result, buffers=buffers, errors=errors)
+
+
+def _restore(buffers: Images, errors: Images, group: str) -> None:
+    """Replace the direct light of a light group, or of the whole, and all that follows from it."""
+    plain, direct, indirect, shading, radiance = (
+        group_name(name, group)
+        for name in (UNFILTERED, "direct", "indirect", "shading", "radiance")
+    )
+    light, error = buffers.pop(plain), errors.pop(plain)
+    changed = (light != buffers[direct]) | (error != errors[direct])
+    r = np.where(changed, buffers["reflectance"], 1.0).astype(np.float64)
+    before, of_direct, of_indirect, of_both = (
+        image.astype(np.float64) ** 2
+        for image in (error, errors[direct], errors[indirect], errors[shading] * r)
+    )
+    ratio = np.sqrt(np.divide(before, of_direct, out=np.zeros_like(before), where=of_direct > 0.0))
+    whole = before + of_indirect + ratio * (of_both - of_direct - of_indirect)
+    both, spread = light + buffers[indirect], np.sqrt(np.maximum(whole, 0.0))
+    for images, own, values in ((buffers, light, both), (errors, error, spread)):
+        for name, value in {radiance: values, shading: values / r}.items():
+            if name in images:
+                images[name] = np.where(changed, value, images[name]).astype(np.float32)
+        images[direct] = own
