@@ -110,7 +110,7 @@ def compare_pixels(moments, specular, grouped, compared, light, span):
         for band in range(bands):
             mean += moments.direct[pixel, band]
             even += moments.direct[pixel, band] / moments.reflectance[pixel, band]
-        factor, whole = even / max(mean, TINY), _pool(grouped, pixel, -1)[1]
+        factor, whole = even / mean if mean > 0.0 else 0.0, _pool(grouped, pixel, -1)[1]
         for group in range(GROUPS):
             others, variance = _pool(grouped, pixel, group)
             smooth[pixel, 0, group] = factor * others
@@ -202,8 +202,9 @@ def _weigh(smooth, noise, pixel, step, strictness, own, weights):
 @jit
 def _weigh_all(compared, pixel, step, pair, weights):
     """Set the weights of a pair, weights[0], to what all lights allow; return their sum."""
-    total = 1.0
-    weights[0] = 1.0
+    total, last = 1.0, len(PATCHES) - 1
+    for group in range(GROUPS):  # what has no noise of its own takes none from others
+        weights[0, group] = 1.0 if compared.noise[0, pixel, last, group] > 0.0 else 0.0
     for light in range(len(compared.noise)):
         if total > 0.0:
             smooth, noise = compared.smooth[light], compared.noise[light]

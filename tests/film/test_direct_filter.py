@@ -16,27 +16,33 @@ from photonmap.runtime.workers import Workers
 SIDE, PASSES = 64, 16
 
 
-def filtered(light, noise, rng, reflectance=0.5):
-    """Moments of a flat surface that so much direct light reaches, (P, N), before and after."""
-    size, bands = light.shape
+def filtered(*lights, rng, reflectance=0.5):
+    """Moments of a flat surface under some lights: before and after, the whole and each light.
+
+    Of each, what reaches pixels, (P, N), and the noise of a pass.
+    """
+    size, bands = lights[0][0].shape
     plane = np.zeros((size, 7), np.float32)
     plane[:, 0], plane[:, 1] = np.divmod(np.arange(size), SIDE)
     plane[:, 5:] = 1.0
     nothing = np.zeros((size, bands), np.float32)
     whole = np.full((size, bands), reflectance, np.float32)
+    count = 1 + len(lights) * (len(lights) > 1)
     with Workers(2) as workers:
-        moments = Accumulator(size, bands, workers)
-        kept = DirectFilter(Film(SIDE, SIDE, True), bands, workers, lambda: plane)
+        moments = [Accumulator(size, bands, workers) for _ in range(count)]
+        kept = DirectFilter(Film(SIDE, SIDE, True), count, bands, workers, lambda: plane)
         for index in range(PASSES):
-            direct = (reflectance * (light + noise(rng, (size, 1)))).astype(np.float32)
-            pixels = Pixels(
-                nothing, direct, nothing, whole, nothing, nothing,
-                np.ones(size, np.float32), np.zeros(size, np.uint8), plane,
-            )  # fmt: skip
-            kept.add(direct, index, 1.0)
-            moments.add(pixels)
-        images = [each.finish(1.0) for each in (moments, kept.apply(moments))]
-    return [SimpleNamespace(value=b["direct"], error=e["direct"]) for b, e in images]
+            groups = [reflectance * (light + noise(rng, (size, 1))) for light, noise in lights]
+            for light, own in enumerate([sum(groups), *groups][:count]):
+                direct = own.astype(np.float32)
+                pixels = Pixels(
+                    nothing, direct, nothing, whole, nothing, nothing,
+                    np.ones(size, np.float32), np.zeros(size, np.uint8), plane,
+                )  # fmt: skip
+                kept.add(direct, light, index, 1.0)
+                moments[light].add(pixels)
+        images = [[each.finish(1.0) for each in stage] for stage in (moments, kept.apply(moments))]
+    return [[SimpleNamespace(value=b["direct"], error=e["direct"]) for b, e in s] for s in images]
 
 
 def normal(rng, shape):
@@ -51,7 +57,7 @@ def rare(rng, shape):
 @pytest.mark.parametrize("noise", [normal, rare])
 def test_even_light_has_less_noise_as_errors_state(noise):
     light = np.ones((SIDE * SIDE, 2)) * [1.0, 2.0]
-    before, after = filtered(light, noise, np.random.default_rng(1))
+    (before,), (after,) = filtered((light, noise), rng=np.random.default_rng(1))
     off = after.value - 0.5 * light
     assert (off**2).mean() < 0.1 * ((before.value - 0.5 * light) ** 2).mean()
     assert 0.85 < (off**2).mean() / (after.error**2).mean() < 1.15
@@ -62,13 +68,13 @@ def test_even_light_has_less_noise_as_errors_state(noise):
 def test_edges_of_shadows_stay(width):
     """Of any width, and where one side has no noise."""
     across = np.arange(SIDE * SIDE) % SIDE - SIDE / 2 + 0.5
-    light = 1.0 + np.tanh(across / width)[:, None]
+    light = 1.2 + np.tanh(across / width)[:, None]
     quiet = (across > 2.0 * width)[:, None]
 
     def noise(rng, shape):
         return np.where(quiet, 0.0, normal(rng, shape))
 
-    before, after = filtered(light, noise, np.random.default_rng(2))
+    (before,), (after,) = filtered((light, noise), rng=np.random.default_rng(2))
     far = (across > 2.0 * width + 6.0)[:, None]
     np.testing.assert_array_equal(after.value[far], before.value[far])
     z, plain = (
@@ -77,6 +83,24 @@ def test_edges_of_shadows_stay(width):
     )
     assert (z < 1.96).mean() > 0.92
     assert (z > 4.0).sum() <= (plain > 4.0).sum()
+
+
+def test_light_groups_add_up_and_each_keeps_its_shadows():
+    """Also where the noise of another hides them in the whole."""
+    across = np.arange(SIDE * SIDE) % SIDE - SIDE / 2 + 0.5
+    shadow = np.where(across > 0.0, 0.02, 0.0)[:, None]
+
+    def quiet(rng, shape):
+        return np.where(across[:, None] > 0.0, 0.01 * normal(rng, shape), 0.0)
+
+    even = np.ones((SIDE * SIDE, 1))
+    before, after = filtered((even, normal), (shadow, quiet), rng=np.random.default_rng(3))
+    np.testing.assert_allclose(after[0].value, after[1].value + after[2].value, 1e-6)
+    for plain, own, light in zip(before, after, (even + shadow, even, shadow), strict=True):
+        off = np.abs(own.value - 0.5 * light)
+        assert (off**2).mean() < 0.5 * ((plain.value - 0.5 * light) ** 2).mean()
+        assert 0.92 < (off <= 1.96 * own.error + 1e-9).mean() < 0.99
+    assert not after[2].value[across < 0.0].any()
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +149,6 @@ def test_a_goal_is_met_by_filtered_light(settings):
 @pytest.mark.parametrize(
     "option",
     [
-        {"per_light": True},
         {"method": "path"},
         {"passes": 7},
         {"effects": "indirect,emission"},
