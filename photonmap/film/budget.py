@@ -174,6 +174,14 @@ class Budget:
         """Return whether an error exceeds the goal by so little that filtering may meet it."""
         return self.goal is not None and 1.0 < error / self.goal.limit <= NEAR
 
+    def is_met(self, error: float) -> bool:
+        """Return whether an error meets the goal, if there is one."""
+        return self.goal is not None and error <= self.goal.limit
+
+    def is_reached(self, count: int, error: float) -> bool:
+        """Return whether an error after `count` passes meets the goal, and they state it well."""
+        return count >= LEAST_PASSES and self.is_met(error)
+
     def is_spent(self, count: int, error: float, elapsed: float) -> bool:
         """Return whether to stop after `count` passes and `elapsed` seconds.
 
@@ -182,5 +190,4 @@ class Budget:
         if self.passes is not None:
             return count >= self.passes
         late = count > 0 and elapsed * (count + 1) / count > self.ceiling
-        reached = self.goal is not None and count >= LEAST_PASSES and error <= self.goal.limit
-        return late or reached
+        return late or self.is_reached(count, error)

@@ -67,6 +67,11 @@ class IlluminationMoments:
         self.whole = _Worst([part.whole for part in parts])
 
     @property
+    def filters(self) -> bool:
+        """Whether direct light is filtered when it is read out."""
+        return self.parts[0].filters
+
+    @property
     def filtered(self) -> _Worst:
         """Those that are read out, of filtered direct light."""
         return _Worst([part.filtered for part in self.parts])

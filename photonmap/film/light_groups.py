@@ -123,6 +123,11 @@ class LightGroups:
         )
 
     @property
+    def filters(self) -> bool:
+        """Whether direct light is filtered when it is read out, after enough passes."""
+        return self.filter is not None
+
+    @property
     def filtered(self) -> Accumulator:
         """The moments of the whole as they are read out: of filtered direct light."""
         return self._filtered[0]

@@ -10,7 +10,8 @@ from typing import Any
 
 from photonmap.errors import warn
 from photonmap.film.bias import BiasProbe
-from photonmap.film.budget import LEAST_PASSES, Budget
+from photonmap.film.budget import NEAR, Budget
+from photonmap.film.direct_filter import EXPECTED, LEAST_PASSES
 from photonmap.film.forecast import Forecast
 from photonmap.film.light_groups import LightGroups
 from photonmap.film.moments import Accumulator
@@ -56,6 +57,7 @@ class RenderLoop:
         self._start = time.perf_counter()
         self.resumed, self.earlier, self._saving = 0, 0.0, 0.0
         self.interrupted, self._adding = False, False
+        self._filtered = 1.0 / NEAR  # the error of filtered light over that of passes, at last
         if checkpoint is not None and resume:
             if checkpoint.path.exists():
                 self._load(checkpoint)
@@ -90,7 +92,7 @@ class RenderLoop:
         state = checkpoint.load(arrays)
         self._integrator.counters.restore(state["counters"])
         self.resumed, self.earlier = state["passes"], state["elapsed"]
-        self._saving = state["saving"]
+        self._saving, self._filtered = state["saving"], state["filtered"]
         self.pass_samples, self._settled = state["pass_samples"], state["settled"]
         asked = self._budget.passes
         if asked is not None and self.resumed > asked:
@@ -136,7 +138,7 @@ class RenderLoop:
         goal, whole = self._budget.goal, self._moments.whole
         if goal is None or self.interrupted:
             return
-        if whole.count < LEAST_PASSES or self.error() > goal.limit:
+        if not self._budget.is_reached(whole.count, self.error()):
             ceiling = self._budget.ceiling
             warn(f"stopped after {ceiling:.6g} s, before the error {goal} was reached")
         elif not (whole.shows_nothing() or whole.states_error(self._integrator.stores_photons)):
@@ -147,8 +149,13 @@ class RenderLoop:
 
     def error(self) -> float:
         """Return the error that the budget limits, so far; that of radiance if it limits none."""
-        error = self._error_of(self._moments.whole)
-        return self._error_of(self._moments.filtered) if self._budget.is_near(error) else error
+        moments, budget = self._moments, self._budget
+        error = self._error_of(moments.whole)
+        if moments.filters and moments.whole.count >= LEAST_PASSES and budget.is_near(error):
+            if budget.is_met(error * self._filtered):
+                self._filtered = self._error_of(moments.filtered) / error
+            error *= self._filtered
+        return error
 
     def _error_of(self, moments: Accumulator) -> float:
         goal, lit = self._budget.goal, self._integrator.stores_photons
@@ -213,7 +220,8 @@ class RenderLoop:
 
     def _settle(self, error: float) -> None:
         """Choose the size of passes by the error of the first ones; begin again if it changes."""
-        needed = self._forecast.passes_needed(self._moments.passes, error)
+        expected = error * EXPECTED if self._moments.filters else error
+        needed = self._forecast.passes_needed(self._moments.passes, expected)
         size = choose_size(needed, self._integrator.many_lights)
         self._settled = True
         if size == self.pass_samples:
@@ -233,6 +241,7 @@ class RenderLoop:
             "counters": self._counters,
             "elapsed": self.elapsed,
             "saving": self.saving,
+            "filtered": self._filtered,
             "pass_samples": self.pass_samples,
             "settled": self._settled,
         }
