@@ -230,42 +230,18 @@ def _add_pair(light, pixel, step, weights, sums):
             sums[row, group] += weights[group] * weights[group] * pair
 
 
-@jit
-def _finish_pixel(compared, parts, light, pixel, totals, sums, gain, variance, seen):
-    """Set what one of the lights of a pixel gains, its new variance, and what is seen of it."""
-    bands, own = gain.shape[2], compared.light[light, pixel]
-    for band in range(bands):
-        mean, square, before, after = 0.0, 0.0, 0.0, 0.0
-        gain[light, pixel, band] = 0.0
-        for group in range(GROUPS):
-            part, change = parts[group], sums[light, band, group] / totals[group]
-            shown = own[band, group] + change
-            mean += part * shown
-            square += part * shown * shown
-            before += part * part * own[bands + band, group]
-            after += (part / totals[group]) ** 2 * sums[light, bands + band, group]
-            gain[light, pixel, band] += part * change
-        variance[light, pixel, band] = after
-        if light == 0 and before > 0.0:
-            seen[pixel, 0] += after / (before * bands)
-            seen[pixel, 1] += (square - mean * mean) / (before * bands * (GROUPS - 1))
-
-
 @kernel
-def filter_direct(film, compared, parts, weights, sums, span, gain, variance, seen):
-    """Set what direct light gains, and its new variance, both (K, P, N) float32, in a span.
+def filter_direct(film, compared, parts, weights, sums, span, gain, variance):
+    """Set what direct light gains in each group, (K, P, N, G), and the variance of its mean.
 
-    Gain is NaN where nothing changes. `seen`, (P, 2) float32, becomes the mean over bands of the
-    whole's variance and of what differences between groups show of it, both over the variance
-    before. `parts`, (G,), are those of the groups in the mean; weights, (3, G), and sums,
-    (K, 2 N, G), float32, are overwritten.
+    (K, P, N), both float32, in a span of pixels. Gain is NaN where nothing changes. `parts`, (G,),
+    are those of the groups in the mean; weights, (3, G), and sums, (K, 2 N, G), float32, are
+    overwritten.
     """
-    lights, _, bands = gain.shape
+    lights, _, bands, _ = gain.shape
     totals = weights[2]
     for pixel in range(span.first, span.last):
-        for light in range(lights):
-            for band in range(bands):
-                gain[light, pixel, band] = np.nan
+        gain[0, pixel, 0, 0] = np.nan
         if math.isnan(compared.noise[0, pixel, 0, 0]):
             continue
         pairs = 0
@@ -285,4 +261,9 @@ def filter_direct(film, compared, parts, weights, sums, span, gain, variance, se
                     totals[group] += np.float32(2.0) * weights[0, group]
                 pairs += 1
         for light in range(lights if pairs > 0 else 0):
-            _finish_pixel(compared, parts, light, pixel, totals, sums, gain, variance, seen)
+            for band in range(bands):
+                after = 0.0
+                for group in range(GROUPS):
+                    gain[light, pixel, band, group] = sums[light, band, group] / totals[group]
+                    after += (parts[group] / totals[group]) ** 2 * sums[light, bands + band, group]
+                variance[light, pixel, band] = after
