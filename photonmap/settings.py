@@ -167,7 +167,7 @@ class Options:
     filter_direct: bool = option(
         True,
         "filtered direct light: averaged over pixels of a surface where passes show it to be the "
-        "same, which errors allow for; never with per_light, unbiased or method path",
+        "same, which errors allow for; never with unbiased or method path",
         group="sampling", decides=True,
     )  # fmt: skip
     pass_samples: float | None = option(
