@@ -283,7 +283,7 @@ class Bands:
         if self.limits is None:
             return None
         ends = np.array(self.limits)
-        return read_only(self.average(Spectrum(ends, ends)))  # of f(λ) = λ
+        return self.average(Spectrum(ends, ends))  # of f(λ) = λ
 
     def average(self, spectrum: Spectrum) -> Floats:
         """Return ∫ f ρ dλ for each sensitivity ρ, exactly: (N,) float64, in the unit of f.
@@ -292,7 +292,15 @@ class Bands:
         ------
         InputError : for RGB, which has no sensitivities
         """
-        return self.average_all(spectrum.wavelengths, spectrum.values[None])[0]
+        if spectrum not in self._averages:
+            values = self.average_all(spectrum.wavelengths, spectrum.values[None])[0]
+            self._averages[spectrum] = read_only(values)
+        return self._averages[spectrum]
+
+    @cached_property
+    def _averages(self) -> dict[Spectrum, Floats]:
+        """What was averaged before: scenes under several lights share their reflectances."""
+        return {}
 
     def average_all(self, wavelengths: Floats, curves: Floats) -> Floats:
         """Return the band values (C, N) of `curves` (C, K) over `wavelengths` (K,), nm.
