@@ -37,6 +37,7 @@ from photonmap.compile.spectral_columns import (
 from photonmap.errors import listening
 from photonmap.film.bias import BiasProbe
 from photonmap.film.budget import refuse_omitted
+from photonmap.film.direct_filter import DirectFilter
 from photonmap.film.illuminations import IlluminationMoments, IlluminationProbes, Mix
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
@@ -390,8 +391,13 @@ def start_run(
     """
     integrator, hidden = _make_integrator(plan, settings, workers, shared)
     adapts = settings.adaptive and integrator.adapts
+    direct_filter = None
+    if why_unfiltered(plan, settings) is None:
+        direct_filter = DirectFilter(
+            settings.film, workers, lambda: integrator.surfaces, plan.storage
+        )
     parts = [
-        _make_sums(plan, settings, workers, integrator, each)
+        _make_sums(plan, settings, workers, integrator, each, direct_filter)
         for each in [mix.columns for mix in mixes] or [plan.columns]
     ]
     moments, probe = _as_one(integrator, parts, mixes) if mixes else parts[0]
@@ -439,8 +445,8 @@ def _make_sums(
     workers: Workers,
     integrator: Integrator,
     columns: SpectralColumns,
+    direct_filter: DirectFilter | None,
 ) -> Sums:
-    filters = why_unfiltered(plan, settings) is None
     moments = LightGroups(
         columns,
         settings.film,
@@ -449,7 +455,7 @@ def _make_sums(
         plan.storage,
         plan.pass_scene.fluorescence is not None,
         integrator.adapts,
-        (lambda: integrator.surfaces) if filters else None,
+        direct_filter,
     )
     return moments, BiasProbe(integrator, settings.film, columns, settings.unbiased)
 
@@ -546,7 +552,7 @@ def describe_filter(run: Run) -> dict[str, Any]:
     why, kept = why_unfiltered(run.plan, run.settings), run.moments.filter
     if kept is None or kept.pixels == 0:
         return {"on": False, "why": why or "passes are few, or no flat pixel has noise"}
-    return {"on": True, "pixels": kept.pixels, "change": kept.change}
+    return {"on": True, "pixels": kept.pixels, "change": run.moments.change}
 
 
 def describe_passes(run: Run) -> dict[str, Any]:

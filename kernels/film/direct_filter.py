@@ -5,8 +5,8 @@ seen in all groups but one, by single pixels and over patches; the light of that
 what follows. So weights are independent of the noise that they average, and of its variance, which
 is that within the group. A pair cancels what changes linearly.
 
-Where light is split by light group, the light of the whole and of each group is averaged by the
-same weights, which all of them allow.
+Where light is split by light group, or there are several illuminations, all these lights are
+averaged by the same weights, which each of them allows.
 """
 
 import math
@@ -46,7 +46,7 @@ class Grouped(NamedTuple):
 class Compared(NamedTuple):
     """What pixels are compared by, and what is averaged: of radiance at reflectance 1.
 
-    Lights are the whole, the first of them, and the K - 1 light groups that it is split into.
+    Of K lights, `noise` of the first tells which pixels stay as they are: by NaN.
     """
 
     footprint: Footprint  # which pixels show one surface
@@ -54,7 +54,7 @@ class Compared(NamedTuple):
     strictness: np.ndarray  # (R, L) float32: times a difference's variance, the square to weigh 0
     light: np.ndarray  # (K, P, 2 N, G) float32, mean in each group, and its variance by itself
     smooth: np.ndarray  # (K, P, L, G) float32, mean over bands, a patch and all groups but one
-    noise: np.ndarray  # (K, P, L, G) float32, variance of that; NaN where a pixel stays as it is
+    noise: np.ndarray  # (K, P, L, G) float32, variance of that
 
 
 @jit
@@ -94,16 +94,12 @@ def _pool(grouped, pixel, left_out):
 
 @kernel
 def compare_pixels(moments, specular, grouped, compared, light, span):
-    """Fill what pixels of a span have of one of the lights, its variance, and what they compare.
-
-    The whole comes first: it says which pixels stay as they are.
-    """
+    """Fill what pixels of a span have of one of the lights, its variance, and what they compare."""
     bands, all_noise = moments.direct.shape[1], compared.noise[0]
     shown, smooth, noise = compared.light[light], compared.smooth[light], compared.noise[light]
     for pixel in range(span.first, span.last):
-        if light == 0:
-            is_uniform = _is_uniform(moments, specular, compared.footprint.plane, pixel)
-            noise[pixel, 0, 0] = 0.0 if is_uniform else np.nan
+        if not _is_uniform(moments, specular, compared.footprint.plane, pixel):
+            all_noise[pixel, 0, 0] = np.nan
         if math.isnan(all_noise[pixel, 0, 0]):
             continue
         mean, even, count = 0.0, 0.0, float(moments.counts[pixel])

@@ -1,8 +1,9 @@
 """Direct light averaged over pixels of a surface when a render is read out.
 
 It needs the means of direct light in four groups of replicates beside the moments: the weights of
-each follow from the other three. See `photonmap.kernels.film.direct_filter`. Light groups are
-averaged by the weights of the whole, so that they still add up to it.
+each follow from the other three. See `photonmap.kernels.film.direct_filter`. All lights, those of
+light groups and of illuminations that are rendered together, are averaged by the same weights, so
+that they add up, and differ by their spectra and shares alone.
 """
 
 from __future__ import annotations
@@ -84,47 +85,60 @@ def list_pairs() -> tuple[NDArray[np.int64], Array]:
     return pairs, (STRICTNESS * apart).astype(np.float32)
 
 
+class _Light(NamedTuple):
+    """One of the lights that are averaged alike: its moments, and its arrays as in `Grouped`."""
+
+    moments: Accumulator
+    sums: Array  # (G, P, N)
+    mean: NDArray[np.float64]  # (G, P)
+    spread: Array  # (G, P)
+
+
 class _Lines(NamedTuple):
     """What filtering changes in some lines of the image."""
 
     gain: Array  # (K, P, N) of direct light; NaN where nothing changes
     variance: Array  # (K, P, N) of its mean
-    seen: Array  # (2, P) see `_see`
-    gained: float  # all that the whole gained before blocks gave it back
+    seen: Array  # (K, 2, P) see `_see`
+    gained: NDArray[np.float64]  # (K,) before blocks gave it back
 
 
 class DirectFilter:
-    """Keeps direct light by groups of passes, 16 bytes a pixel and band, and filters it.
-
-    `lights` is 1, or 1 + the number of light groups: they follow the whole.
-    """
+    """Keeps direct light by groups of passes, 16 bytes a pixel and band, and filters it."""
 
     def __init__(
-        self,
-        film: Film,
-        lights: int,
-        bands: int,
-        workers: Workers,
-        surfaces: Surfaces,
-        storage: Storage = RAM,
+        self, film: Film, workers: Workers, surfaces: Surfaces, storage: Storage = RAM
     ) -> None:
         self._film, self._workers, self._storage = film, workers, storage
         self._surfaces, self._pairs = surfaces, list_pairs()
-        shape = lights, GROUPS, film.width * film.height
-        self.arrays = {
-            "direct by groups": storage.zeros((*shape, bands)),
-            "mean by groups": storage.zeros(shape, np.float64),
-            "spread by groups": storage.zeros(shape),
-        }
-        """All that passes leave behind, by name: the arrays themselves, as `Grouped` has them."""
+        self._lights: list[_Light] = []
         self._last: tuple[int, list[Accumulator]] | None = None
-        self.pixels, self.change = 0, 0.0
-        """Number of pixels that were filtered last; what their light gained, of all direct light"""
+        self.pixels, self.changes = 0, np.zeros(0)
+        """Number of pixels that were filtered last; what each light gained, of all of it, (K,)"""
+
+    def follow(self, moments: Sequence[Accumulator]) -> int:
+        """Filter further lights by the same weights; return the number of the first of them."""
+        for each in moments:
+            shape = GROUPS, len(each.parts[0].direct)
+            bands = each.parts[0].direct.shape[1]
+            zeros = self._storage.zeros
+            arrays = zeros((*shape, bands)), zeros(shape, np.float64), zeros(shape)
+            self._lights.append(_Light(each, *arrays))
+        return len(self._lights) - len(moments)
+
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All that passes leave behind, by name: the arrays themselves."""
+        return {
+            f"{name} by groups {number}": getattr(light, name)
+            for number, light in enumerate(self._lights)
+            for name in ("sums", "mean", "spread")
+        }
 
     def add(self, direct: Array, light: int, index: int, passes: float) -> None:
         """Take in one light, (P, N): the mean of so many passes from number `index` on."""
         group = group_of(index)
-        total, mean, spread = (array[light, group] for array in self.arrays.values())
+        total, mean, spread = (array[group] for array in self._lights[light][1:])
         count = int(sizes_of_groups(index)[0, group] + passes)
         weight = Weight(passes, 1.0, passes)
 
@@ -136,47 +150,54 @@ class DirectFilter:
 
         self._workers.ranges(add, len(direct), RANGE, uninterrupted=True)
 
-    def apply(self, moments: Sequence[Accumulator]) -> Sequence[Accumulator]:
-        """Return the moments with direct light filtered; the same ones after few passes."""
-        count = moments[0].count
+    def apply(self) -> list[Accumulator]:
+        """Return the moments of all lights, filtered; the same ones after few passes."""
+        count = self._lights[0].moments.count
         if count < LEAST_PASSES:
-            return moments
+            return [light.moments for light in self._lights]
         if self._last is None or self._last[0] != count:
-            self._last = count, self._filter(moments)
+            self._last = count, self._filter()
         return self._last[1]
 
-    def _filter(self, moments: Sequence[Accumulator]) -> list[Accumulator]:
-        owns, film = [each.parts[0] for each in moments], self._film
+    def _filter(self) -> list[Accumulator]:
+        moments, film = [light.moments for light in self._lights], self._film
+        owns = [each.parts[0] for each in moments]
         gain, variance = self._storage.zeros((2, len(owns), *owns[0].direct.shape))
-        classes = self._storage.zeros(gain.shape[1], np.uint8)
+        classes = self._storage.zeros(gain.shape[:2], np.uint8)
 
-        def task(first: int, last: int) -> tuple[NDArray[np.float64], float]:
+        def task(first: int, last: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
             rows = slice(first * film.width, last * film.width)
-            lines = self._filter_lines(moments, first, last)
+            lines = self._filter_lines(first, last)
             gain[:, rows], variance[:, rows] = lines.gain, lines.variance
-            stated = lines.seen[0]
+            stated = lines.seen[:, 0]
             halvings = np.rint(-np.log2(np.where(stated > 0.0, stated, 1.0)))
-            classes[rows] = np.clip(halvings, 0, CLASSES - 1)
-            weights = ~np.isnan(lines.gain[0, :, 0]), *lines.seen
-            tables = np.array([np.bincount(classes[rows], each, CLASSES) for each in weights])
-            return tables, lines.gained
+            classes[:, rows] = np.clip(halvings, 0, CLASSES - 1)
+            filtered = ~np.isnan(lines.gain[0, :, 0])
+            tables = [
+                [np.bincount(own, each, CLASSES) for each in (filtered, *seen)]
+                for own, seen in zip(classes[:, rows], lines.seen, strict=True)
+            ]
+            return np.array(tables), lines.gained
 
         tables, gained = zip(*self._workers.ranges(task, film.height, LINES, True), strict=True)
-        counts, stated, between = sum(tables)
-        self.pixels = int(counts.sum())
+        counts, stated, between = np.moveaxis(sum(tables), 1, 0)
+        self.pixels = int(counts[0].sum())
         if self.pixels == 0:
-            return list(moments)
+            return moments
         alike = PRIOR * stated / np.maximum(counts, 1.0)
-        shown, ones = HIDDEN * between + alike, np.ones(CLASSES)
+        shown, ones = HIDDEN * between + alike, np.ones(stated.shape)
         factors = np.divide(shown, stated + alike, out=ones, where=stated > 0.0)
-        factors[0] = 1.0  # hardly averaged
-        variance *= np.minimum(factors, 1.0).astype(np.float32)[classes, None]
-        self.change = float(sum(gained) / owns[0].direct.sum())
-        each = zip(moments, gain, variance, strict=True)
-        return [own.with_direct(change, spread) for own, change, spread in each]
+        factors[:, 0] = 1.0  # hardly averaged
+        for own, each, factor in zip(variance, classes, factors, strict=True):
+            own *= np.minimum(factor, 1.0).astype(np.float32)[each, None]
+        totals = np.array([own.direct.sum() for own in owns])
+        self.changes = sum(gained) / np.where(totals > 0.0, totals, 1.0)
+        parts = zip(moments, gain, variance, strict=True)
+        return [own.with_direct(change, spread) for own, change, spread in parts]
 
-    def _filter_lines(self, moments: Sequence[Accumulator], first: int, last: int) -> _Lines:
-        film, sizes = self._film, sizes_of_groups(moments[0].count)
+    def _filter_lines(self, first: int, last: int) -> _Lines:
+        film, moments = self._film, [light.moments for light in self._lights]
+        sizes = sizes_of_groups(moments[0].count)
         top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
         rows = slice(top * film.width, end * film.width)
         strip = film._replace(height=end - top)
@@ -187,13 +208,14 @@ class DirectFilter:
             Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
             *self._pairs,
             np.empty((lights, size, 2 * bands, GROUPS), np.float32),
-            *np.empty((2, lights, size, len(PATCHES), GROUPS), np.float32),
+            *np.zeros((2, lights, size, len(PATCHES), GROUPS), np.float32),
         )
-        for light, each in enumerate(moments):
-            own, specular = (_rows(part, rows) for part in each.parts)
-            grouped = Grouped(*(array[light][:, rows] for array in self.arrays.values()), *sizes)
-            compare_pixels(own, specular, grouped, compared, light, everything)
-            smooth_patches(strip, compared, light, everything)
+        for number, light in enumerate(self._lights):
+            own, specular = (_rows(part, rows) for part in light.moments.parts)
+            grouped = Grouped(*(array[:, rows] for array in light[1:]), *sizes)
+            compare_pixels(own, specular, grouped, compared, number, everything)
+        for number in range(lights):
+            smooth_patches(strip, compared, number, everything)
         gain = np.full((lights, size, bands, GROUPS), np.nan, np.float32)
         variance = np.zeros(gain.shape[:3], np.float32)
         parts = sizes[0] / sizes[0].sum()
@@ -215,11 +237,9 @@ class DirectFilter:
             give_back(change, spread, _rows(own.parts[0], own_rows), parts, film.width)
             for own, change, spread in zip(moments, gain, variance, strict=True)
         ]
-        seen = _see(gain[0], variance[0], compared.light[0, inside], parts)
-        total = gain @ parts
-        if lights > 1:
-            total[0] = total[1:].sum(axis=0)
-        return _Lines(total, variance, seen, gained[0])
+        light = compared.light[:, inside]
+        seen = [_see(*each, parts) for each in zip(gain, variance, light, strict=True)]
+        return _Lines(gain @ parts, variance, np.array(seen), np.array(gained))
 
 
 def _rows(record: Any, rows: slice) -> Any:

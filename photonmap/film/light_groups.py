@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from photonmap.buffers import BY_NAME, group_name, names_where, split_name
 from photonmap.compile.spectral_columns import SpectralColumns, split_pixels
 from photonmap.film.blocks import BlockMoments
-from photonmap.film.direct_filter import DirectFilter, Surfaces
+from photonmap.film.direct_filter import DirectFilter
 from photonmap.film.moments import ALL, Accumulator, Buffers
 from photonmap.film.replicates import ONE_PASS, Replicate, replicate_size, weigh
 from photonmap.kernels.core.passes import Film, Pixels
@@ -26,7 +26,7 @@ OF_GROUPS = names_where(per_light=True)
 class LightGroups:
     """Takes in passes one by one, each with what `columns` carry.
 
-    Direct light is filtered if `surfaces` are given: see `DirectFilter`.
+    Direct light is filtered by `direct_filter`, if it is given.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class LightGroups:
         storage: Storage = RAM,
         fluorescent: bool = False,
         replicates: bool = True,
-        surfaces: Surfaces | None = None,
+        direct_filter: DirectFilter | None = None,
     ) -> None:
         self._columns, self._storage, size = columns, storage, film.width * film.height
         self.whole = Accumulator(
@@ -57,12 +57,8 @@ class LightGroups:
             else self.whole
             for group in (columns.groups if split else ())
         }
-        lights = len(self._accumulators)
-        self.filter = (
-            None
-            if surfaces is None
-            else DirectFilter(film, lights, columns.distinct, workers, surfaces, storage)
-        )
+        self.filter = direct_filter
+        self._first = 0 if direct_filter is None else direct_filter.follow(self._accumulators)
 
     @property
     def _accumulators(self) -> list[Accumulator]:
@@ -106,7 +102,7 @@ class LightGroups:
             if light == 0:
                 self._blocks.add(own, specular, weight)
             if self.filter is not None:
-                self.filter.add(own.direct, light, index, weight.part)
+                self.filter.add(own.direct, self._first + light, index, weight.part)
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
@@ -134,8 +130,15 @@ class LightGroups:
 
     @property
     def _filtered(self) -> Sequence[Accumulator]:
-        accumulators = self._accumulators
-        return accumulators if self.filter is None else self.filter.apply(accumulators)
+        own = self._accumulators
+        if self.filter is None:
+            return own
+        return self.filter.apply()[self._first : self._first + len(own)]
+
+    @property
+    def change(self) -> float:
+        """What filtering changed in all direct light before blocks gave it back, relative."""
+        return float(self.filter.changes[self._first]) if self.filter else 0.0
 
     def resume(self, count: int) -> None:
         """Go on after `count` passes, those that `arrays` were filled with."""

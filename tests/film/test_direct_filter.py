@@ -30,7 +30,8 @@ def filtered(*lights, rng, reflectance=0.5):
     count = 1 + len(lights) * (len(lights) > 1)
     with Workers(2) as workers:
         moments = [Accumulator(size, bands, workers) for _ in range(count)]
-        kept = DirectFilter(Film(SIDE, SIDE, True), count, bands, workers, lambda: plane)
+        kept = DirectFilter(Film(SIDE, SIDE, True), workers, lambda: plane)
+        kept.follow(moments)
         for index in range(PASSES):
             groups = [reflectance * (light + noise(rng, (size, 1))) for light, noise in lights]
             for light, own in enumerate([sum(groups), *groups][:count]):
@@ -41,7 +42,7 @@ def filtered(*lights, rng, reflectance=0.5):
                 )  # fmt: skip
                 kept.add(direct, light, index, 1.0)
                 moments[light].add(pixels)
-        images = [[each.finish(1.0) for each in stage] for stage in (moments, kept.apply(moments))]
+        images = [[each.finish(1.0) for each in stage] for stage in (moments, kept.apply())]
     return [[SimpleNamespace(value=b["direct"], error=e["direct"]) for b, e in s] for s in images]
 
 
@@ -95,7 +96,8 @@ def test_light_groups_add_up_and_each_keeps_its_shadows():
 
     even = np.ones((SIDE * SIDE, 1))
     before, after = filtered((even, normal), (shadow, quiet), rng=np.random.default_rng(3))
-    np.testing.assert_allclose(after[0].value, after[1].value + after[2].value, 1e-6)
+    # but for what blocks return by each light's own variance: results hold the sums
+    np.testing.assert_allclose(after[0].value, after[1].value + after[2].value, 1e-4)
     for plain, own, light in zip(before, after, (even + shadow, even, shadow), strict=True):
         off = np.abs(own.value - 0.5 * light)
         assert (off**2).mean() < 0.5 * ((plain.value - 0.5 * light) ** 2).mean()
