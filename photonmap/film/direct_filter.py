@@ -196,14 +196,29 @@ class DirectFilter:
         return [own.with_direct(change, spread) for own, change, spread in parts]
 
     def _filter_lines(self, first: int, last: int) -> _Lines:
-        film, moments = self._film, [light.moments for light in self._lights]
-        sizes = sizes_of_groups(moments[0].count)
+        film, sizes = self._film, sizes_of_groups(self._lights[0].moments.count)
         top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
-        rows = slice(top * film.width, end * film.width)
-        strip = film._replace(height=end - top)
-        lights, bands = len(moments), moments[0].parts[0].direct.shape[1]
-        size = rows.stop - rows.start
-        everything = Span(0, size)
+        rows, strip = slice(top * film.width, end * film.width), film._replace(height=end - top)
+        compared = self._compare(rows, strip, sizes)
+        lights, size, both = compared.light.shape[:3]
+        gain = np.full((lights, size, both // 2, GROUPS), np.nan, np.float32)
+        variance, parts = np.zeros(gain.shape[:3], np.float32), sizes[0] / sizes[0].sum()
+        scratch = (np.empty(shape, np.float32) for shape in ((3, GROUPS), (lights, both, GROUPS)))
+        inner = Span((first - top) * film.width, (last - top) * film.width)
+        filter_direct(strip, compared, parts, *scratch, inner, gain, variance)
+        inside, own_rows = slice(*inner), slice(first * film.width, last * film.width)
+        gain, variance, light = gain[:, inside], variance[:, inside], compared.light[:, inside]
+        gained = [
+            give_back(change, spread, _rows(own.moments.parts[0], own_rows), parts, film.width)
+            for change, spread, own in zip(gain, variance, self._lights, strict=True)
+        ]
+        seen = [_see(*each, parts) for each in zip(gain, variance, light, strict=True)]
+        return _Lines(gain @ parts, variance, np.array(seen), np.array(gained))
+
+    def _compare(self, rows: slice, strip: Film, sizes: NDArray[np.float64]) -> Compared:
+        """Return what the pixels of a strip are compared by."""
+        size, lights = rows.stop - rows.start, len(self._lights)
+        bands, everything = self._lights[0].sums.shape[2], Span(0, size)
         compared = Compared(
             Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
             *self._pairs,
@@ -216,30 +231,7 @@ class DirectFilter:
             compare_pixels(own, specular, grouped, compared, number, everything)
         for number in range(lights):
             smooth_patches(strip, compared, number, everything)
-        gain = np.full((lights, size, bands, GROUPS), np.nan, np.float32)
-        variance = np.zeros(gain.shape[:3], np.float32)
-        parts = sizes[0] / sizes[0].sum()
-        scratch = (3, GROUPS), (lights, 2 * bands, GROUPS)
-        inner = Span((first - top) * film.width, (last - top) * film.width)
-        filter_direct(
-            strip,
-            compared,
-            parts,
-            *(np.empty(shape, np.float32) for shape in scratch),
-            inner,
-            gain,
-            variance,
-        )
-        inside = slice(inner.first, inner.last)
-        gain, variance = gain[:, inside], variance[:, inside]
-        own_rows = slice(first * film.width, last * film.width)
-        gained = [
-            give_back(change, spread, _rows(own.parts[0], own_rows), parts, film.width)
-            for own, change, spread in zip(moments, gain, variance, strict=True)
-        ]
-        light = compared.light[:, inside]
-        seen = [_see(*each, parts) for each in zip(gain, variance, light, strict=True)]
-        return _Lines(gain @ parts, variance, np.array(seen), np.array(gained))
+        return compared
 
 
 def _rows(record: Any, rows: slice) -> Any:
@@ -269,33 +261,34 @@ def give_back(
 ) -> float:
     """Take from blocks what their direct light gained, (P, N, G), and widen its variance, (P, N).
 
-    Return the sum of what it gained.
-
-    What averaging changes in the mean is a bias, which is so known with little noise. Pixels return
-    it in proportion to their variance, those that vary alone all of it; where that is more than the
-    light of one of them, in proportion to light.
+    What averaging changes in the mean is a bias, which is so known with little noise. Pixels of one
+    reflectance in a block return it in proportion to their variance, those that vary alone all of
+    it; where that is more than the light of one of them, in proportion to light. Shares are those
+    of all bands, so that the light keeps its colour. Return the sum of radiance that was gained.
     """
-    starts, tiny = np.arange(0, width, SIDE), np.finfo(np.float64).tiny
-    widths, gained = np.diff(starts, append=width), 0.0
+    kept = np.flatnonzero(~np.isnan(gain[:, 0, 0]))
+    if len(kept) == 0:
+        return 0.0
+    r, count = own.reflectance[kept], own.counts[kept, None].astype(np.float64)
+    lines, columns = np.divmod(kept, width)
+    blocks = lines // SIDE * width + columns // SIDE
+    _, places = np.unique(np.column_stack([blocks, r]), axis=0, return_inverse=True)
+    order = np.argsort(places, kind="stable")
+    starts = np.flatnonzero(np.diff(places[order], prepend=-1))
 
     def sums(image: NDArray[np.float64]) -> NDArray[np.float64]:
-        lines = image.reshape(-1, width, *image.shape[1:])
-        blocks = np.add.reduceat(lines.sum(axis=0), starts, axis=0)
-        return np.tile(np.repeat(blocks, widths, axis=0), (len(lines), *[1] * (image.ndim - 1)))
+        return np.asarray(np.add.reduceat(image[order], starts, axis=0)[places])
 
-    for first in range(0, len(gain), SIDE * width):
-        part = slice(first, first + SIDE * width)
-        r, count = own.reflectance[part], own.counts[part, None].astype(np.float64)
-        changes, spread = gain[part] * r[..., None], own.direct_spread[part] / (count * (count - 1))
-        stays = np.isnan(changes[..., 0])
-        changes[stays], spread[stays] = 0.0, 0.0
-        light = np.where(stays, 0.0, own.direct[part] + changes @ parts)
-        gained += float((changes @ parts).sum())
-        whole, changes = sums(spread), sums(changes)
-        share = spread / np.maximum(whole, tiny)
-        is_more = sums((share * (changes @ parts) > light).astype(np.float64)) > 0.0
-        share = np.where(is_more, light / np.maximum(sums(light), tiny), share)
-        known = np.where(r > 0.0, r, 1.0)
-        gain[part] -= (share / known)[..., None] * changes
-        variance[part] += share * share * whole / known**2
-    return gained
+    changes = gain[kept].astype(np.float64)
+    spread = own.direct_spread[kept] / (count * (count - 1.0) * r * r)
+    light = own.direct[kept] / r + changes @ parts
+    gained, returned, whole = (r * (changes @ parts)).sum(), sums(changes), sums(spread)
+    share, by_light = (
+        each / np.maximum(sums(each), np.finfo(np.float64).tiny)
+        for each in (spread.mean(axis=1), light.mean(axis=1))
+    )
+    is_more = (share[:, None] * (returned @ parts) > light).any(axis=1)
+    share = np.where(sums(is_more.astype(np.float64)) > 0.0, by_light, share)
+    gain[kept] -= share[:, None, None] * returned
+    variance[kept] += share[:, None] ** 2 * whole
+    return float(gained)
