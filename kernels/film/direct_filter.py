@@ -169,26 +169,27 @@ def smooth_patches(film, compared, light, span):
 
 
 @vectorized
-def _weigh(smooth, noise, pixel, step, strictness, own, weights):
+def _weigh(compared, light, pixel, step, pair, own, weights):
     """Lower the weights, (G,), of a pair a `step` to both sides of a pixel to what a light allows.
 
     They are those of passes of each group; `own` is overwritten. Returns their sum.
     """
+    smooth, noise, strictness = compared.smooth, compared.noise, compared.strictness
     here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
     total, last, half = np.float32(0.0), len(PATCHES) - 1, np.float32(0.5)
     for group in range(GROUPS):
         own[group] = np.float32(1.0)
     for level in range(len(PATCHES)):
         for group in range(GROUPS):
-            off = half * (smooth[ahead, level, group] + smooth[behind, level, group])
-            off -= smooth[here, level, group]
-            variance = half * half * (noise[ahead, level, group] + noise[behind, level, group])
-            variance = strictness[level] * (noise[here, level, group] + variance)
-            weight = np.float32(1.0) - off * off / max(variance, np.float32(TINY))
-            own[group] = min(own[group], weight)
+            off = half * (smooth[light, ahead, level, group] + smooth[light, behind, level, group])
+            off -= smooth[light, here, level, group]
+            beside = noise[light, ahead, level, group] + noise[light, behind, level, group]
+            variance = noise[light, here, level, group] + half * half * beside
+            variance = max(strictness[pair, level] * variance, np.float32(TINY))
+            own[group] = min(own[group], np.float32(1.0) - off * off / variance)
     for group in range(GROUPS):  # by the variance over the largest patch
-        noisy = max(noise[here, last, group], np.float32(TINY))
-        beside = half * (noise[ahead, last, group] + noise[behind, last, group])
+        noisy = max(noise[light, here, last, group], np.float32(TINY))
+        beside = half * (noise[light, ahead, last, group] + noise[light, behind, last, group])
         even = noisy / max(noisy, beside)
         weights[group] = min(weights[group], max(own[group], np.float32(0.0)) * even)
         total += weights[group]
@@ -196,34 +197,32 @@ def _weigh(smooth, noise, pixel, step, strictness, own, weights):
 
 
 @jit
-def _weigh_all(compared, pixel, step, pair, weights):
-    """Set the weights of a pair, weights[0], to what all lights allow; return their sum."""
+def _weigh_all(compared, pixel, step, pair, own, weights):
+    """Set the weights of a pair, (G,), to what all lights allow; return their sum."""
     total, last = 1.0, len(PATCHES) - 1
     for group in range(GROUPS):  # what has no noise of its own takes none from others
-        weights[0, group] = 1.0 if compared.noise[0, pixel, last, group] > 0.0 else 0.0
+        weights[group] = 1.0 if compared.noise[0, pixel, last, group] > 0.0 else 0.0
     for light in range(len(compared.noise)):
         if total > 0.0:
-            smooth, noise = compared.smooth[light], compared.noise[light]
-            strictness = compared.strictness[pair]
-            total = _weigh(smooth, noise, pixel, step, strictness, weights[1], weights[0])
+            total = _weigh(compared, light, pixel, step, pair, own, weights)
     return total
 
 
 @vectorized
-def _add_pair(light, pixel, step, weights, sums):
-    """Add a pair's light, less the pixel's, and its variance to sums, (2 N, G)."""
+def _add_pair(shown, light, pixel, step, weights, sums):
+    """Add what a pair has of a light, less the pixel's, and its variance to sums, (K, 2 N, G)."""
     here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
-    bands = len(sums) // 2
+    bands = sums.shape[1] // 2
     for band in range(bands):
         for group in range(GROUPS):
-            pair = light[ahead, band, group] + light[behind, band, group]
-            sums[band, group] += weights[group] * (
-                pair - np.float32(2.0) * light[here, band, group]
+            pair = shown[light, ahead, band, group] + shown[light, behind, band, group]
+            sums[light, band, group] += weights[group] * (
+                pair - np.float32(2.0) * shown[light, here, band, group]
             )
     for row in range(bands, 2 * bands):
         for group in range(GROUPS):
-            pair = light[ahead, row, group] + light[behind, row, group]
-            sums[row, group] += weights[group] * weights[group] * pair
+            pair = shown[light, ahead, row, group] + shown[light, behind, row, group]
+            sums[light, row, group] += weights[group] * weights[group] * pair
 
 
 @kernel
@@ -235,7 +234,7 @@ def filter_direct(film, compared, parts, weights, sums, span, gain, variance):
     overwritten.
     """
     lights, _, bands, _ = gain.shape
-    totals = weights[2]
+    allowed, own, totals = weights[0], weights[1], weights[2]
     for pixel in range(span.first, span.last):
         gain[0, pixel, 0, 0] = np.nan
         if math.isnan(compared.noise[0, pixel, 0, 0]):
@@ -250,11 +249,11 @@ def filter_direct(film, compared, parts, weights, sums, span, gain, variance):
                     sums[light, row, group] = compared.light[light, pixel, row, group]
         for pair in range(len(compared.pairs)):
             step = _step_of_pair(film, compared, pixel, pair)
-            if step > 0 and _weigh_all(compared, pixel, step, pair, weights) > 0.0:
+            if step > 0 and _weigh_all(compared, pixel, step, pair, own, allowed) > 0.0:
                 for light in range(lights):
-                    _add_pair(compared.light[light], pixel, step, weights[0], sums[light])
+                    _add_pair(compared.light, light, pixel, step, allowed, sums)
                 for group in range(GROUPS):
-                    totals[group] += np.float32(2.0) * weights[0, group]
+                    totals[group] += np.float32(2.0) * allowed[group]
                 pairs += 1
         for light in range(lights if pairs > 0 else 0):
             for band in range(bands):

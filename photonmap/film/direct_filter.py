@@ -208,11 +208,14 @@ class DirectFilter:
         filter_direct(strip, compared, parts, *scratch, inner, gain, variance)
         inside, own_rows = slice(*inner), slice(first * film.width, last * film.width)
         gain, variance, light = gain[:, inside], variance[:, inside], compared.light[:, inside]
+        owns = [_rows(light.moments.parts[0], own_rows) for light in self._lights]
+        kept = np.flatnonzero(~np.isnan(gain[0, :, 0, 0]))
+        blocks = Blocks(kept, owns[0].reflectance, film.width)
         gained = [
-            give_back(change, spread, _rows(own.moments.parts[0], own_rows), parts, film.width)
-            for change, spread, own in zip(gain, variance, self._lights, strict=True)
+            give_back(change, spread, own, parts, blocks)
+            for change, spread, own in zip(gain, variance, owns, strict=True)
         ]
-        seen = [_see(*each, parts) for each in zip(gain, variance, light, strict=True)]
+        seen = [_see(*each, parts, kept) for each in zip(gain, variance, light, strict=True)]
         return _Lines(gain @ parts, variance, np.array(seen), np.array(gained))
 
     def _compare(self, rows: slice, strip: Film, sizes: NDArray[np.float64]) -> Compared:
@@ -241,13 +244,18 @@ def _rows(record: Any, rows: slice) -> Any:
     return type(record)(*(_rows(part, rows) for part in record))
 
 
-def _see(gain: Array, variance: Array, light: Array, parts: NDArray[np.float64]) -> Array:
+def _see(
+    gain: Array,
+    variance: Array,
+    light: Array,
+    parts: NDArray[np.float64],
+    kept: NDArray[np.int64],
+) -> Array:
     """Return the variance that is stated, and that which differences between groups show, (2, P).
 
     Means over bands of each over the variance before; 0 where nothing changes.
     """
     seen, bands = np.zeros((2, len(gain)), np.float32), gain.shape[1]
-    kept = np.flatnonzero(~np.isnan(gain[:, 0, 0]))
     before, after = light[kept, bands:] @ parts**2, light[kept, :bands] + gain[kept]
     between = (after - (after @ parts)[..., None]) ** 2 @ parts / (GROUPS - 1)
     for row, image in zip(seen, (variance[kept], between), strict=True):
@@ -256,29 +264,38 @@ def _see(gain: Array, variance: Array, light: Array, parts: NDArray[np.float64])
     return seen
 
 
+class Blocks:
+    """Pixels of one reflectance in a block, of all that are filtered in some lines of the image."""
+
+    def __init__(self, kept: NDArray[np.int64], reflectance: NDArray[Any], width: int) -> None:
+        self.kept, self._places = kept, np.zeros(len(kept), np.int64)
+        lines, columns = np.divmod(kept, width)
+        blocks = lines // SIDE * width + columns // SIDE
+        for each in (blocks, *reflectance[kept].T):
+            _, numbers = np.unique(each, return_inverse=True)
+            _, self._places = np.unique(self._places * len(kept) + numbers, return_inverse=True)
+        self._order = np.argsort(self._places, kind="stable")
+        self._starts = np.flatnonzero(np.diff(self._places[self._order], prepend=-1))
+
+    def sums(self, image: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the sums over pixels alike of an image of those that are filtered, for each."""
+        return np.asarray(np.add.reduceat(image[self._order], self._starts, axis=0)[self._places])
+
+
 def give_back(
-    gain: Array, variance: Array, own: Moments, parts: NDArray[np.float64], width: int
+    gain: Array, variance: Array, own: Moments, parts: NDArray[np.float64], blocks: Blocks
 ) -> float:
     """Take from blocks what their direct light gained, (P, N, G), and widen its variance, (P, N).
 
-    What averaging changes in the mean is a bias, which is so known with little noise. Pixels of one
-    reflectance in a block return it in proportion to their variance, those that vary alone all of
-    it; where that is more than the light of one of them, in proportion to light. Shares are those
-    of all bands, so that the light keeps its colour. Return the sum of radiance that was gained.
+    What averaging changes in the mean is a bias, which is so known with little noise. Pixels return
+    it in proportion to their variance, those that vary alone all of it; where that is more than the
+    light of one of them, in proportion to light. Shares are those of all bands, so that the light
+    keeps its colour. Return the sum of radiance that was gained.
     """
-    kept = np.flatnonzero(~np.isnan(gain[:, 0, 0]))
+    kept, sums = blocks.kept, blocks.sums
     if len(kept) == 0:
         return 0.0
     r, count = own.reflectance[kept], own.counts[kept, None].astype(np.float64)
-    lines, columns = np.divmod(kept, width)
-    blocks = lines // SIDE * width + columns // SIDE
-    _, places = np.unique(np.column_stack([blocks, r]), axis=0, return_inverse=True)
-    order = np.argsort(places, kind="stable")
-    starts = np.flatnonzero(np.diff(places[order], prepend=-1))
-
-    def sums(image: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(np.add.reduceat(image[order], starts, axis=0)[places])
-
     changes = gain[kept].astype(np.float64)
     spread = own.direct_spread[kept] / (count * (count - 1.0) * r * r)
     light = own.direct[kept] / r + changes @ parts
