@@ -47,6 +47,8 @@ HIDDEN = 1.1
 0.85 to 1.2, over six scenes and 8 and 16 passes."""
 LINES, MARGIN = 24, RADIUS + PATCHES[-1]
 """Of the image that are filtered at a time, and around them that these need"""
+DIGITS = 6
+"""Of reflectances that are one: means of equal samples differ by rounding"""
 LEAST_PASSES = 8
 """Of a render that is filtered: two in each group."""
 EXPECTED = 0.85
@@ -271,7 +273,7 @@ class Blocks:
         self.kept, self._places = kept, np.zeros(len(kept), np.int64)
         lines, columns = np.divmod(kept, width)
         blocks = lines // SIDE * width + columns // SIDE
-        for each in (blocks, *reflectance[kept].T):
+        for each in (blocks, *np.round(reflectance[kept], DIGITS).T):
             _, numbers = np.unique(each, return_inverse=True)
             _, self._places = np.unique(self._places * len(kept) + numbers, return_inverse=True)
         self._order = np.argsort(self._places, kind="stable")
