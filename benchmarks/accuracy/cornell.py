@@ -101,13 +101,15 @@ def _measure(
 def time_to(level: float, points: list[Point], least: int) -> tuple[float, bool]:
     """Return the seconds to a relMSE, and whether they lie outside the measured range.
 
-    Between two points they follow a power law; those that take longer than a better one do not
-    count. Outside, variance is taken to be inversely proportional to time, starting from the most
-    efficient point; but if the smallest budget, `least`, is a single pass, it cannot be divided.
+    Between two points they follow a power law, and points above that of two others do not count.
+    Outside, variance is taken to be inversely proportional to time, starting from the most efficient
+    point; but if the smallest budget, `least`, is a single pass, it cannot be divided.
     """
     ordered: list[Point] = []
     for point in sorted(points):
         if not ordered or point[1] < ordered[-1][1]:
+            while len(ordered) > 1 and _slope(ordered[-2], point) < _slope(*ordered[-2:]):
+                ordered.pop()
             ordered.append(point)
     if level > ordered[0][1]:
         if least == 1:
@@ -117,6 +119,11 @@ def time_to(level: float, points: list[Point], least: int) -> tuple[float, bool]
         if e1 <= level <= e0:
             return t0 * (t1 / t0) ** (math.log(level / e0) / math.log(e1 / e0)), False
     return min(seconds * error for seconds, error in ordered) / level, True
+
+
+def _slope(first: Point, second: Point) -> float:
+    """Return the exponent of the power law between two points."""
+    return math.log(second[1] / first[1]) / math.log(second[0] / first[0])
 
 
 def shown(seconds: float, outside: bool) -> str:

@@ -28,7 +28,7 @@ from photonmap.film.blocks import SIDE
 from photonmap.film.budget import LEAST_PASSES, usual_photons
 from photonmap.film.relative_error import relative_squares, valid_pixels
 
-FEW = ((1, 0.125), (1, 0.25), (2, 0.25), (1, 1.0), (8, 0.25), (4, 1.0), (8, 0.5))
+FEW = ((1, 0.125), (1, 0.25), (2, 0.25), (1, 1.0), (2, 1.0), (8, 0.25), (4, 1.0), (8, 0.5))
 """Passes and `pass_samples` of the first renders, which are compared with the longest one;"""
 SOME = 16
 """of the next, whose own errors count,"""
