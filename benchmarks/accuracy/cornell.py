@@ -102,8 +102,8 @@ def time_to(level: float, points: list[Point], least: int) -> tuple[float, bool]
     """Return the seconds to a relMSE, and whether they lie outside the measured range.
 
     Between two points they follow a power law, and points above that of two others do not count.
-    Outside, variance is taken to be inversely proportional to time, starting from the most efficient
-    point; but if the smallest budget, `least`, is a single pass, it cannot be divided.
+    Outside, variance is taken to be inversely proportional to time, starting from the most
+    efficient point; but if the smallest budget, `least`, is a single pass, it cannot be divided.
     """
     ordered: list[Point] = []
     for point in sorted(points):
