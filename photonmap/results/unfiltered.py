@@ -44,9 +44,10 @@ def _restore(buffers: Images, errors: Images, group: str) -> None:
     light, error = buffers.pop(plain), errors.pop(plain)
     changed = (light != buffers[direct]) | (error != errors[direct])
     r = np.where(changed, buffers["reflectance"], 1.0).astype(np.float64)
+    stated = np.where(changed, errors[shading], 0.0)  # else infinite where no surface is
     before, of_direct, of_indirect, of_both = (
         image.astype(np.float64) ** 2
-        for image in (error, errors[direct], errors[indirect], errors[shading] * r)
+        for image in (error, errors[direct], errors[indirect], stated * r)
     )
     ratio = np.sqrt(np.divide(before, of_direct, out=np.zeros_like(before), where=of_direct > 0.0))
     whole = before + of_indirect + ratio * (of_both - of_direct - of_indirect)

@@ -286,7 +286,7 @@ class Bands:
         return self.average(Spectrum(ends, ends))  # of f(λ) = λ
 
     def average(self, spectrum: Spectrum) -> Floats:
-        """Return ∫ f ρ dλ for each sensitivity ρ, exactly: (N,) float64, in the unit of f.
+        """Return ∫ f ρ dλ for each sensitivity ρ, exactly: (N,) float64, read-only, in f's unit.
 
         Raises
         ------
