@@ -162,6 +162,12 @@ TABLE = (
         has_error=True, has_block_error=True, is_goal=True, per_light=True,
     ),
     Buffer(
+        "indirect_unfiltered",
+        "the mean of indirect over passes, as direct_unfiltered",
+        "radiance", "passes", "mean",
+        has_error=True, per_light=True, omitted="where indirect light is not filtered",
+    ),
+    Buffer(
         "caustics",
         "the part of indirect that reached a diffuse surface via specular surfaces alone",
         "radiance", "passes", "mean",

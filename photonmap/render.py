@@ -37,8 +37,8 @@ from photonmap.compile.spectral_columns import (
 from photonmap.errors import listening
 from photonmap.film.bias import BiasProbe
 from photonmap.film.budget import refuse_omitted
-from photonmap.film.direct_filter import DirectFilter
 from photonmap.film.illuminations import IlluminationMoments, IlluminationProbes, Mix
+from photonmap.film.light_filter import FILTERED, LightFilter
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.adaptive_sampling import AdaptiveSampling
 from photonmap.integrators.base import Integrator, PassSetup, stream_key
@@ -354,7 +354,7 @@ def compile_and_plan(
         specular=pass_scene.has_residual,
         fluorescent=pass_scene.fluorescence is not None,
         per_light=settings.per_light,
-        filtered=settings.filter_direct,
+        filtered=settings.filter_light,
         buffers=kept,
     )
     storage = check_memory(work.need, settings.memory)
@@ -391,13 +391,16 @@ def start_run(
     """
     integrator, hidden = _make_integrator(plan, settings, workers, shared)
     adapts = settings.adaptive and integrator.adapts
-    direct_filter = None
-    if why_unfiltered(plan, settings) is None:
-        direct_filter = DirectFilter(
-            settings.film, workers, lambda: integrator.surfaces, plan.storage
+    light_filter, filtered = (
+        None,
+        [name for name in FILTERED if not why_unfiltered(name, plan, settings)],
+    )
+    if filtered:
+        light_filter = LightFilter(
+            filtered, settings.film, workers, lambda: integrator.surfaces, plan.storage
         )
     parts = [
-        _make_sums(plan, settings, workers, integrator, each, direct_filter)
+        _make_sums(plan, settings, workers, integrator, each, light_filter)
         for each in [mix.columns for mix in mixes] or [plan.columns]
     ]
     moments, probe = _as_one(integrator, parts, mixes) if mixes else parts[0]
@@ -445,7 +448,7 @@ def _make_sums(
     workers: Workers,
     integrator: Integrator,
     columns: SpectralColumns,
-    direct_filter: DirectFilter | None,
+    light_filter: LightFilter | None,
 ) -> Sums:
     moments = LightGroups(
         columns,
@@ -455,18 +458,19 @@ def _make_sums(
         plan.storage,
         plan.pass_scene.fluorescence is not None,
         integrator.adapts,
-        direct_filter,
+        light_filter,
     )
     return moments, BiasProbe(integrator, settings.film, columns, settings.unbiased)
 
 
-def why_unfiltered(plan: RenderPlan, settings: Settings) -> str | None:
-    """Return why direct light is not filtered; None if it is."""
+def why_unfiltered(name: str, plan: RenderPlan, settings: Settings) -> str | None:
+    """Return why direct or indirect light is not filtered; None if it is."""
+    sharp = name == "direct" and not plan.effects.on("soft_shadows")
     cases = {
-        "it was turned off": not settings.filter_direct,
+        "it was turned off": not settings.filter_light,
         "path tracing and renders without bias share nothing": settings.integrator != "photon",
-        "there is no direct light": not plan.effects.on("direct"),
-        "all shadows are sharp": not plan.effects.on("soft_shadows"),
+        f"there is no {name} light": not plan.effects.on(name),
+        "all shadows are sharp": sharp,
     }
     return next((why for why, is_so in cases.items() if is_so), None)
 
@@ -548,11 +552,16 @@ def describe_plan(scene: Scene, run: Run) -> dict[str, Any]:
 
 
 def describe_filter(run: Run) -> dict[str, Any]:
-    """Return what the record says of filtered direct light."""
-    why, kept = why_unfiltered(run.plan, run.settings), run.moments.filter
-    if kept is None or kept.pixels == 0:
-        return {"on": False, "why": why or "passes are few, or no flat pixel has noise"}
-    return {"on": True, "pixels": kept.pixels, "change": run.moments.change}
+    """Return what the record says of filtered light."""
+    filters, described = run.moments.describe_filters(), {}
+    for name in FILTERED:
+        if name in filters:
+            described[name] = {"on": True, **filters[name]}
+        else:
+            why = why_unfiltered(name, run.plan, run.settings)
+            why = why or "passes are few, or no flat pixel has noise"
+            described[name] = {"on": False, "why": why}
+    return described
 
 
 def describe_passes(run: Run) -> dict[str, Any]:
@@ -564,7 +573,7 @@ def describe_passes(run: Run) -> dict[str, Any]:
         "passes": moments.count,
         "pass_samples": loop.pass_samples,
         **integrator.counters.describe(),
-        "direct_filter": describe_filter(run),
+        "light_filter": describe_filter(run),
         "error": math.hypot(error, bias or 0.0) if known else None,
         "standard_error": error if known else None,
         "bias": bias,

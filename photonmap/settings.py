@@ -164,10 +164,10 @@ class Options:
         "elsewhere",
         group="sampling", decides=True,
     )  # fmt: skip
-    filter_direct: bool = option(
+    filter_light: bool = option(
         True,
-        "filtered direct light: averaged over pixels of a surface where passes show it to be the "
-        "same, which errors allow for; never with unbiased or method path",
+        "filtered light: direct and indirect light averaged over pixels of a surface where passes "
+        "show it to be the same, which errors allow for; never with unbiased or method path",
         group="sampling", decides=True,
     )  # fmt: skip
     pass_samples: float | None = option(

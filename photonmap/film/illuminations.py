@@ -68,12 +68,12 @@ class IlluminationMoments:
 
     @property
     def filters(self) -> bool:
-        """Whether direct light is filtered when it is read out."""
+        """Whether light is filtered when it is read out."""
         return self.parts[0].filters
 
     @property
     def filtered(self) -> _Worst:
-        """Those that are read out, of filtered direct light."""
+        """Those that are read out, of filtered light."""
         return _Worst([part.filtered for part in self.parts])
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from photonmap.buffers import BY_NAME, group_name, names_where, split_name
 from photonmap.compile.spectral_columns import SpectralColumns, split_pixels
 from photonmap.film.blocks import BlockMoments
-from photonmap.film.direct_filter import DirectFilter
+from photonmap.film.light_filter import LightFilter
 from photonmap.film.moments import ALL, Accumulator, Buffers
 from photonmap.film.replicates import ONE_PASS, Replicate, replicate_size, weigh
 from photonmap.kernels.core.passes import Film, Pixels
@@ -26,7 +26,7 @@ OF_GROUPS = names_where(per_light=True)
 class LightGroups:
     """Takes in passes one by one, each with what `columns` carry.
 
-    Direct light is filtered by `direct_filter`, if it is given.
+    They are filtered by `light_filter`, if it is given.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class LightGroups:
         storage: Storage = RAM,
         fluorescent: bool = False,
         replicates: bool = True,
-        direct_filter: DirectFilter | None = None,
+        light_filter: LightFilter | None = None,
     ) -> None:
         self._columns, self._storage, size = columns, storage, film.width * film.height
         self.whole = Accumulator(
@@ -57,8 +57,8 @@ class LightGroups:
             else self.whole
             for group in (columns.groups if split else ())
         }
-        self.filter = direct_filter
-        self._first = 0 if direct_filter is None else direct_filter.follow(self._accumulators)
+        self.filter = light_filter
+        self._first = 0 if light_filter is None else light_filter.follow(self._accumulators)
 
     @property
     def _accumulators(self) -> list[Accumulator]:
@@ -102,7 +102,7 @@ class LightGroups:
             if light == 0:
                 self._blocks.add(own, specular, weight)
             if self.filter is not None:
-                self.filter.add(own.direct, self._first + light, index, weight.part)
+                self.filter.add(own, self._first + light, index, weight.part)
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
@@ -120,12 +120,12 @@ class LightGroups:
 
     @property
     def filters(self) -> bool:
-        """Whether direct light is filtered when it is read out, after enough passes."""
+        """Whether light is filtered when it is read out, after enough passes."""
         return self.filter is not None
 
     @property
     def filtered(self) -> Accumulator:
-        """The moments of the whole as they are read out: of filtered direct light."""
+        """The moments of the whole as they are read out: of filtered light."""
         return self._filtered[0]
 
     @property
@@ -135,10 +135,17 @@ class LightGroups:
             return own
         return self.filter.apply()[self._first : self._first + len(own)]
 
-    @property
-    def change(self) -> float:
-        """What filtering changed in all direct light before blocks gave it back, relative."""
-        return float(self.filter.changes[self._first]) if self.filter else 0.0
+    def describe_filters(self) -> dict[str, dict[str, Any]]:
+        """Return how many pixels were filtered, and what that changed before it was given back.
+
+        Of each buffer, relative to all its light.
+        """
+        filters = {} if self.filter is None else self.filter.filters
+        return {
+            name: {"pixels": each.pixels, "change": float(each.changes[self._first])}
+            for name, each in filters.items()
+            if each.pixels > 0
+        }
 
     def resume(self, count: int) -> None:
         """Go on after `count` passes, those that `arrays` were filled with."""
@@ -160,7 +167,8 @@ class LightGroups:
         are the sums of theirs, in their order. A covariance that is 0 everywhere is left out.
         """
         lights = list(zip(self._accumulators, self._filtered, strict=True))
-        plain = "direct_unfiltered" in kept
+        filters = () if self.filter is None else self.filter.filters
+        plain = [name for name in filters if f"{name}_unfiltered" in kept]
         buffers, errors = _finish(*lights[0], scale, ALL if self._groups else kept, plain)
         for index, group in enumerate(self._groups):
             parts, spreads = _finish(*lights[index - len(self._groups)], scale, OF_GROUPS, plain)
@@ -204,13 +212,15 @@ class LightGroups:
 
 
 def _finish(
-    own: Accumulator, filtered: Accumulator, scale: float, kept: Container[str], plain: bool
+    own: Accumulator,
+    filtered: Accumulator,
+    scale: float,
+    kept: Container[str],
+    plain: Sequence[str],
 ) -> tuple[Buffers, Buffers]:
-    """Return what was filtered, and the plain means of direct light if these are asked for."""
+    """Return what was filtered, and the plain means of some buffers."""
     buffers, errors = filtered.finish(scale, kept)
     if plain and filtered is not own:
-        for images, unfiltered in zip(
-            (buffers, errors), own.finish(scale, ("direct",)), strict=True
-        ):
-            images["direct_unfiltered"] = unfiltered["direct"]
+        for images, unfiltered in zip((buffers, errors), own.finish(scale, plain), strict=True):
+            images |= {f"{name}_unfiltered": image for name, image in unfiltered.items()}
     return buffers, errors

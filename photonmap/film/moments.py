@@ -1,9 +1,9 @@
 """Means and standard errors over independent passes, and replicates of several."""
 
 import math
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Mapping
 from copy import copy
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,15 @@ ALL = names_where(source="passes")
 """Buffers that follow from moments."""
 Finished = dict[str, tuple[NDArray[np.float64], NDArray[np.float32], float]]
 """Mean and spread of each buffer, and what multiplies them"""
+
+
+class Change(NamedTuple):
+    """What averaging over pixels makes of a kind of light."""
+
+    gain: NDArray[np.float32]
+    """(P, N), of its mean over reflectance; NaN where nothing changes"""
+    variance: NDArray[np.float32]
+    """(P, N), of that mean"""
 
 
 class Accumulator:
@@ -108,28 +117,33 @@ class Accumulator:
         """The arrays as kernels take them."""
         return self._moments, self._specular
 
-    def with_direct(
-        self, gain: NDArray[np.float32], variance: NDArray[np.float32]
-    ) -> "Accumulator":
-        """Return moments of other direct light; all else is shared.
+    def with_light(self, changes: Mapping[str, Change]) -> "Accumulator":
+        """Return moments of other direct or indirect light, by name; all else is shared.
 
-        Over reflectance it gains so much, (P, N), and its mean has another variance, where all of
-        it is diffuse and nothing emits; NaN stands for what stays. It remains correlated with
-        indirect light as it was.
+        What changes is diffuse, where nothing emits. Direct and indirect light remain correlated as
+        they were.
         """
         changed, own = copy(self), self._moments
-        names = "direct", "direct_spread", "diffuse_spread", "radiance_spread"
-        arrays = {name: self._storage.zeros(gain.shape, own.direct.dtype) for name in names[:1]}
-        arrays |= {name: self._storage.zeros(gain.shape) for name in names[1:]}
+        spreads = [f"{name}_spread" for name in changes] + ["diffuse_spread", "radiance_spread"]
+        arrays = {name: self._storage.zeros((self._size, len(self._weights))) for name in spreads}
+        arrays |= {name: self._storage.zeros(own.direct.shape, np.float64) for name in changes}
         for part in strips(self._size):
-            before, r = own.direct_spread[part], own.reflectance[part]
-            spread = variance[part] * (r * r * self._divisor(part)[:, None])
-            ratio = np.sqrt(np.divide(spread, before, out=np.ones_like(spread), where=before > 0.0))
-            indirect = own.indirect_spread[part]
-            whole = spread + indirect + ratio * (own.radiance_spread[part] - before - indirect)
-            values = np.maximum(own.direct[part] + gain[part] * r, 0.0), spread, whole, whole
-            for name, value in zip(names, values, strict=True):
-                arrays[name][part] = np.where(np.isnan(gain[part]), getattr(own, name)[part], value)
+            before = {name: getattr(own, f"{name}_spread")[part] for name in ("direct", "indirect")}
+            after, both = dict(before), own.radiance_spread[part] - sum(before.values())
+            is_changed = np.zeros(both.shape, bool)
+            r = own.reflectance[part]
+            norm = r * r * self._divisor(part)[:, None]
+            for name, (gain, variance) in changes.items():
+                here = ~np.isnan(gain[part])
+                mean, old = getattr(own, name)[part], before[name]
+                arrays[name][part] = np.where(here, np.maximum(mean + gain[part] * r, 0.0), mean)
+                after[name] = np.where(here, variance[part] * norm, old)
+                ratio = np.divide(after[name], old, out=np.ones_like(norm), where=old > 0.0)
+                arrays[f"{name}_spread"][part], is_changed = after[name], is_changed | here
+                both = both * np.sqrt(ratio)
+            whole = sum(after.values()) + both
+            for name in ("diffuse_spread", "radiance_spread"):
+                arrays[name][part] = np.where(is_changed, whole, getattr(own, name)[part])
         changed._moments = own._replace(**arrays)
         return changed
 

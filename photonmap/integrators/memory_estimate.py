@@ -17,8 +17,8 @@ SPECULAR_BYTES_PER_VALUE = 44
 """Moments and passes of caustics and of what is seen via specular surfaces."""
 FLUORESCENT_BYTES_PER_VALUE = 84
 """Moments and passes of fluorescence and of what excites it."""
-FILTER_BYTES = 60, 64
-"""Of a value, and of a pixel, to filter direct light when a render is read out."""
+FILTER_BYTES = 104, 120
+"""Of a value, and of a pixel, to filter light when a render is read out."""
 UNBIASED_BUFFERS = 8
 """Arrays of an unbiased pass besides: differences, rounds of averages, reflectance."""
 OF_REPLICATES = 6, 5, 4
@@ -51,7 +51,7 @@ class Work:
     unbiased: bool = False  # pixels share by differences
     buffers: Collection[str] = DEFAULT  # names of those that are kept
     fluorescent: bool = False  # surfaces fluoresce
-    filtered: bool = False  # direct light is filtered
+    filtered: bool = False  # light is filtered
 
     @property
     def need(self) -> Need:

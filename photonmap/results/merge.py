@@ -211,7 +211,7 @@ def _check_complete(result: Result, name: str) -> None:
     record = result.record
     extra = {
         "fluorescence": record.get("effects", {}).get("fluorescence", {}).get("on"),
-        UNFILTERED: record.get("direct_filter", {}).get("on"),
+        **{UNFILTERED[name]: made["on"] for name, made in record.get("light_filter", {}).items()},
     }
     required = (*REQUIRED, *(buffer for buffer, is_there in extra.items() if is_there))
     missing = [buffer for buffer in required if buffer not in result.buffers]
@@ -239,7 +239,7 @@ def _check_alike(first: Result, other: Result, name: str, other_name: str) -> No
         counts = f"bands {first.bands.count} in {name}, {other.bands.count} in {other_name}"
         reason = counts if first.bands.count != other.bands.count else "other bands"
     # What is left out where it is 0 everywhere may be in one of the two alone.
-    zero = (*names_where(omitted="where it is 0 everywhere"), UNFILTERED)
+    zero = (*names_where(omitted="where it is 0 everywhere"), *UNFILTERED.values())
     sets = [{n for n in r.buffers if split_name(n)[0] not in zero} for r in (first, other)]
     if not reason and sets[0] != sets[1]:
         reason = f"{listed(sorted(sets[0] ^ sets[1]))} in one of them alone"
@@ -302,7 +302,10 @@ def merge_records(records: list[dict[str, Any]], merged: Result) -> dict[str, An
         "interrupted": any(record["interrupted"] for record in records),
         "resumed": sum(record["resumed"] for record in records),
         "predicted_seconds": [],
-        "direct_filter": {"on": False, "why": "runs are merged by their plain means"},
+        "light_filter": {
+            name: {"on": False, "why": "runs are merged by their plain means"}
+            for name in UNFILTERED
+        },
         "effects": _effects([record["effects"] for record in records]),
         "seconds": _sum_numbers([record["seconds"] for record in records]),
         "warnings": list(

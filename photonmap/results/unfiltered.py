@@ -1,4 +1,4 @@
-"""Renders before their direct light was averaged over pixels, see `photonmap.film.direct_filter`.
+"""Renders before their light was averaged over pixels, see `photonmap.film.light_filter`.
 
 Passes decide what is averaged, and how that biases pixels does not average out over runs. So runs
 are merged by their plain means.
@@ -16,44 +16,51 @@ from photonmap.buffers import group_name, split_name
 from photonmap.results.result import Result
 
 Images = dict[str, NDArray[Any]]
-UNFILTERED = "direct_unfiltered"
+UNFILTERED = {"direct": "direct_unfiltered", "indirect": "indirect_unfiltered"}
 
 
 def unfiltered(result: Result) -> Result:
-    """Return a result with the plain means of direct light, and the errors that go with them.
+    """Return a result with the plain means of light, and the errors that go with them.
 
-    It undoes `Accumulator.with_direct`: where direct light is filtered, pixels have one reflectance
-    and emit nothing, and its correlation with indirect light is that of the plain means.
+    It undoes `Accumulator.with_light`: where light is filtered, pixels have one reflectance and
+    emit nothing, and direct and indirect light are correlated as the plain means are.
     """
-    if UNFILTERED not in result.buffers:
+    groups = [
+        group for buffer, group in map(split_name, result.buffers) if buffer in UNFILTERED.values()
+    ]
+    if not groups:
         return result
     buffers, errors = dict(result.buffers), dict(result.errors)
-    for name in result.buffers:
-        buffer, group = split_name(name)
-        if buffer == UNFILTERED:
-            _restore(buffers, errors, group)
+    for group in dict.fromkeys(groups):
+        _restore(buffers, errors, group)
     return replace(result, buffers=buffers, errors=errors)
 
 
 def _restore(buffers: Images, errors: Images, group: str) -> None:
-    """Replace the direct light of a light group, or of the whole, and all that follows from it."""
-    plain, direct, indirect, shading, radiance = (
-        group_name(name, group)
-        for name in (UNFILTERED, "direct", "indirect", "shading", "radiance")
-    )
-    light, error = buffers.pop(plain), errors.pop(plain)
-    changed = (light != buffers[direct]) | (error != errors[direct])
+    """Replace the light of a light group, or of the whole, and all that follows from it."""
+    name_of = {name: group_name(name, group) for name in (*UNFILTERED, "shading", "radiance")}
+    before, after = {}, {}
+    changed = np.zeros(buffers["reflectance"].shape, bool)
+    ratio = np.ones(changed.shape)
+    for name, plain in UNFILTERED.items():
+        own, plain = name_of[name], group_name(plain, group)
+        after[name] = errors[own].astype(np.float64) ** 2
+        if plain in buffers:
+            light, error = buffers.pop(plain), errors.pop(plain)
+            changed |= (light != buffers[own]) | (error != errors[own])
+            buffers[own], errors[own] = light, error
+        before[name] = errors[own].astype(np.float64) ** 2
+        where = after[name] > 0.0
+        ratio *= np.sqrt(np.divide(before[name], after[name], np.zeros_like(ratio), where=where))
     r = np.where(changed, buffers["reflectance"], 1.0).astype(np.float64)
-    stated = np.where(changed, errors[shading], 0.0)  # else infinite where no surface is
-    before, of_direct, of_indirect, of_both = (
-        image.astype(np.float64) ** 2
-        for image in (error, errors[direct], errors[indirect], stated * r)
+    # else infinite where no surface is
+    whole = (np.where(changed, errors[name_of["shading"]], 0.0) * r) ** 2
+    whole = sum(before.values()) + ratio * (whole - sum(after.values()))
+    light, spread = (
+        sum(buffers[name_of[name]] for name in UNFILTERED),
+        np.sqrt(np.maximum(whole, 0.0)),
     )
-    ratio = np.sqrt(np.divide(before, of_direct, out=np.zeros_like(before), where=of_direct > 0.0))
-    whole = before + of_indirect + ratio * (of_both - of_direct - of_indirect)
-    both, spread = light + buffers[indirect], np.sqrt(np.maximum(whole, 0.0))
-    for images, own, values in ((buffers, light, both), (errors, error, spread)):
-        for name, value in {radiance: values, shading: values / r}.items():
-            if name in images:
-                images[name] = np.where(changed, value, images[name]).astype(np.float32)
-        images[direct] = own
+    for images, values in ((buffers, light), (errors, spread)):
+        for name, value in {"radiance": values, "shading": values / r}.items():
+            if (own := name_of[name]) in images:
+                images[own] = np.where(changed, value, images[own]).astype(np.float32)

@@ -30,7 +30,7 @@ RGB = (
 """Buffers that lean files hold in RGB."""
 DERIVED = ("scalar_shading", "illuminant")
 """Buffers that `derive` computes where files do not hold them."""
-DROPPED = ("covariance", "direct_unfiltered", *DERIVED)
+DROPPED = ("covariance", "direct_unfiltered", "indirect_unfiltered", *DERIVED)
 """Buffers that lean files do not hold: they follow from others, or only merging needs them."""
 OFTEN_ZERO = ("residual", "caustics", "fluorescence")
 """Buffers that lean files do not hold where they are 0 everywhere."""

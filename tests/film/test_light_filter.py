@@ -7,7 +7,7 @@ import pytest
 from helpers.scenes import quad
 
 import photonmap as pm
-from photonmap.film.direct_filter import DirectFilter
+from photonmap.film.light_filter import LightFilter
 from photonmap.film.moments import Accumulator
 from photonmap.kernels.core.passes import Film, Pixels
 from photonmap.results.merge import REQUIRED
@@ -30,7 +30,7 @@ def filtered(*lights, rng, reflectance=0.5):
     count = 1 + len(lights) * (len(lights) > 1)
     with Workers(2) as workers:
         moments = [Accumulator(size, bands, workers) for _ in range(count)]
-        kept = DirectFilter(Film(SIDE, SIDE, True), workers, lambda: plane)
+        kept = LightFilter(["direct"], Film(SIDE, SIDE, True), workers, lambda: plane)
         kept.follow(moments)
         for index in range(PASSES):
             groups = [reflectance * (light + noise(rng, (size, 1))) for light, noise in lights]
@@ -40,7 +40,7 @@ def filtered(*lights, rng, reflectance=0.5):
                     nothing, direct, nothing, whole, nothing, nothing,
                     np.ones(size, np.float32), np.zeros(size, np.uint8), plane,
                 )  # fmt: skip
-                kept.add(direct, light, index, 1.0)
+                kept.add(pixels, light, index, 1.0)
                 moments[light].add(pixels)
         images = [[each.finish(1.0) for each in stage] for stage in (moments, kept.apply())]
     return [[SimpleNamespace(value=b["direct"], error=e["direct"]) for b, e in s] for s in images]
@@ -117,7 +117,7 @@ def settings():
 
 
 def test_renders_add_up_and_stay_where_they_are_not_filtered(settings):
-    own, plain = (pm.render(**settings, passes=20, filter_direct=on) for on in (True, False))
+    own, plain = (pm.render(**settings, passes=20, filter_light=on) for on in (True, False))
     np.testing.assert_array_equal(own.radiance, (own.emission + own.direct) + own.indirect)
     np.testing.assert_allclose(own.reflectance * own.shading, own.direct + own.indirect, 1e-5)
     same = (own.errors["direct"] == plain.errors["direct"]).all(axis=-1)
@@ -130,7 +130,7 @@ def test_renders_add_up_and_stay_where_they_are_not_filtered(settings):
 
 
 def test_filtered_renders_have_the_same_bits_by_any_way(settings, tmp_path):
-    options = {**settings, "filter_direct": True}
+    options = {**settings, "filter_light": True}
     whole = pm.render(**options, passes=22, threads=1)
     for passes, resume in ((17, False), (22, True)):
         parted = pm.render(
@@ -143,7 +143,7 @@ def test_filtered_renders_have_the_same_bits_by_any_way(settings, tmp_path):
 
 def test_a_goal_is_met_by_filtered_light(settings):
     options = {**settings, "error": "direct:0.0062", "pass_samples": 1.0}
-    own, plain = (pm.render(**options, filter_direct=on).record for on in (True, False))
+    own, plain = (pm.render(**options, filter_light=on).record for on in (True, False))
     assert own["passes"] < plain["passes"]
     assert own["goal"]["reached"] <= 0.0062
 
@@ -157,7 +157,7 @@ def test_a_goal_is_met_by_filtered_light(settings):
     ],
 )
 def test_what_is_not_filtered_says_why(settings, option):
-    options = {**settings, "passes": 16, "size": 8, "filter_direct": True, **option}
+    options = {**settings, "passes": 16, "size": 8, "filter_light": True, **option}
     record = pm.render(**options).record["direct_filter"]
     assert not record["on"]
     assert record["why"]

@@ -1,9 +1,9 @@
-"""Direct light averaged over pixels of one surface, where other passes show it to be the same.
+"""Light averaged over pixels of one surface, where other passes show it to be the same.
 
 Passes form groups. How far the light of two pixels on opposite sides is from that between them is
 seen in all groups but one, by single pixels and over patches; the light of that one is averaged by
-what follows. So weights are independent of the noise that they average, and of its variance, which
-is that within the group. A pair cancels what changes linearly.
+what follows. So weights are independent of the noise that they average. A pair cancels what changes
+linearly.
 
 Where light is split by light group, or there are several illuminations, all these lights are
 averaged by the same weights, which each of them allows.
@@ -23,8 +23,6 @@ GROUPS = 4
 """Of passes"""
 PATCHES = 0, 1, 2
 """Radii of the patches by which pixels are compared: of 1, 3×3 and 5×5 pixels"""
-STRICTNESS = 4.0
-"""Square of how many standard errors a pair is off when its weight has fallen to 0"""
 CONSTANT = 1e-12
 """Variance of reflectance, relative to its square, that is rounding"""
 TINY = 1e-30
@@ -33,7 +31,7 @@ TINY = 1e-30
 
 @by_reference
 class Grouped(NamedTuple):
-    """Direct light of G groups of passes, and its mean over bands."""
+    """Light of G groups of passes, and its mean over bands."""
 
     sums: np.ndarray  # (G, P, N) float32, over passes
     mean: np.ndarray  # (G, P) float64, over passes and bands
@@ -52,14 +50,17 @@ class Compared(NamedTuple):
     footprint: Footprint  # which pixels show one surface
     pairs: np.ndarray  # (R, 2) int64, columns and lines from a pixel to one of a pair beside it
     strictness: np.ndarray  # (R, L) float32: times a difference's variance, the square to weigh 0
-    light: np.ndarray  # (K, P, 2 N, G) float32, mean in each group, and its variance by itself
+    light: np.ndarray  # (K, P, N, G) float32, mean in each group
     smooth: np.ndarray  # (K, P, L, G) float32, mean over bands, a patch and all groups but one
     noise: np.ndarray  # (K, P, L, G) float32, variance of that
 
 
 @jit
-def _is_uniform(moments, specular, plane, pixel):
-    """Return whether direct light is one reflectance times irradiance / π all over a pixel."""
+def _is_uniform(moments, beyond, plane, pixel):
+    """Return whether light is one reflectance times irradiance / π all over a pixel.
+
+    Not where what is `beyond` that, (P, N), unless it is None, is not 0.
+    """
     if plane[pixel, FLAT] == 0.0 or moments.coverage[pixel] != 1.0:
         return False
     least, glow = CONSTANT * float(moments.counts[pixel]) ** 2, moments.fluorescence
@@ -69,7 +70,7 @@ def _is_uniform(moments, specular, plane, pixel):
             r == 0.0
             or moments.emission[pixel, band] != 0.0
             or moments.reflectance_spread[pixel, band] > least * r * r
-            or (specular is not None and specular.residual_spread[pixel, band] != 0.0)
+            or (beyond is not None and beyond[pixel, band] != 0.0)
             or (glow is not None and glow.excitation[pixel, band] != 0.0)
         ):
             return False
@@ -93,32 +94,30 @@ def _pool(grouped, pixel, left_out):
 
 
 @kernel
-def compare_pixels(moments, specular, grouped, compared, light, span):
-    """Fill what pixels of a span have of one of the lights, its variance, and what they compare."""
-    bands, all_noise = moments.direct.shape[1], compared.noise[0]
+def compare_pixels(moments, value, beyond, grouped, compared, light, span):
+    """Fill what pixels of a span have of one of the lights, and what they are compared by.
+
+    `value`, (P, N), is the mean of this light over all passes; `beyond` is that of `_is_uniform`.
+    """
+    bands, all_noise = value.shape[1], compared.noise[0]
     shown, smooth, noise = compared.light[light], compared.smooth[light], compared.noise[light]
     for pixel in range(span.first, span.last):
-        if not _is_uniform(moments, specular, compared.footprint.plane, pixel):
+        if not _is_uniform(moments, beyond, compared.footprint.plane, pixel):
             all_noise[pixel, 0, 0] = np.nan
         if math.isnan(all_noise[pixel, 0, 0]):
             continue
-        mean, even, count = 0.0, 0.0, float(moments.counts[pixel])
+        mean, even = 0.0, 0.0
         for band in range(bands):
-            mean += moments.direct[pixel, band]
-            even += moments.direct[pixel, band] / moments.reflectance[pixel, band]
-        factor, whole = even / mean if mean > 0.0 else 0.0, _pool(grouped, pixel, -1)[1]
+            mean += value[pixel, band]
+            even += value[pixel, band] / moments.reflectance[pixel, band]
+        factor = even / mean if mean > 0.0 else 0.0
         for group in range(GROUPS):
             others, variance = _pool(grouped, pixel, group)
             smooth[pixel, 0, group] = factor * others
             noise[pixel, 0, group] = factor * factor * variance
-            passes = grouped.passes[group]
-            own = grouped.spread[group, pixel] / ((grouped.values[group] - 1.0) * passes)
-            own /= max(whole, TINY) * count * (count - 1.0)
-            for band in range(bands):  # its variance, times that in this group over that in all
-                r = moments.reflectance[pixel, band]
-                shown[pixel, band, group] = grouped.sums[group, pixel, band] / (passes * r)
-                spread = moments.direct_spread[pixel, band]
-                shown[pixel, bands + band, group] = spread * own / (r * r)
+            for band in range(bands):
+                r = moments.reflectance[pixel, band] * grouped.passes[group]
+                shown[pixel, band, group] = grouped.sums[group, pixel, band] / r
 
 
 @jit
@@ -210,43 +209,32 @@ def _weigh_all(compared, pixel, step, pair, own, weights):
 
 @vectorized
 def _add_pair(shown, light, pixel, step, weights, sums):
-    """Add what a pair has of a light, less the pixel's, and its variance to sums, (K, 2 N, G)."""
+    """Add what a pair has of a light, less the pixel's, to sums, (K, N, G)."""
     here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
-    bands = sums.shape[1] // 2
-    for band in range(bands):
+    for band in range(sums.shape[1]):
         for group in range(GROUPS):
             pair = shown[light, ahead, band, group] + shown[light, behind, band, group]
             sums[light, band, group] += weights[group] * (
                 pair - np.float32(2.0) * shown[light, here, band, group]
             )
-    for row in range(bands, 2 * bands):
-        for group in range(GROUPS):
-            pair = shown[light, ahead, row, group] + shown[light, behind, row, group]
-            sums[light, row, group] += weights[group] * weights[group] * pair
 
 
 @kernel
-def filter_direct(film, compared, parts, weights, sums, span, gain, variance):
-    """Set what direct light gains in each group, (K, P, N, G), and the variance of its mean.
+def filter_light(film, compared, parts, weights, sums, span, gain, left):
+    """Set what light gains in each group, (K, P, N, G), and what is left of its variance, (P,).
 
-    (K, P, N), both float32, in a span of pixels. Gain is NaN where nothing changes. `parts`, (G,),
-    are those of the groups in the mean; weights, (3, G), and sums, (K, 2 N, G), float32, are
-    overwritten.
+    Both are float32, of a span of pixels. `left` is a fraction, if the noise of pixels is their own
+    and that of a pair as large; NaN where nothing changes. `parts`, (G,), are those of the groups
+    in the mean; weights, (4, G), and sums, (K, N, G), float32, are overwritten.
     """
     lights, _, bands, _ = gain.shape
-    allowed, own, totals = weights[0], weights[1], weights[2]
+    allowed, own, totals, squares = weights[0], weights[1], weights[2], weights[3]
     for pixel in range(span.first, span.last):
-        gain[0, pixel, 0, 0] = np.nan
+        left[pixel] = np.nan
         if math.isnan(compared.noise[0, pixel, 0, 0]):
             continue
+        totals[:], squares[:], sums[:] = 1.0, 1.0, 0.0
         pairs = 0
-        for group in range(GROUPS):
-            totals[group] = 1.0
-            for light in range(lights):
-                for band in range(bands):
-                    row = bands + band
-                    sums[light, band, group] = 0.0
-                    sums[light, row, group] = compared.light[light, pixel, row, group]
         for pair in range(len(compared.pairs)):
             step = _step_of_pair(film, compared, pixel, pair)
             if step > 0 and _weigh_all(compared, pixel, step, pair, own, allowed) > 0.0:
@@ -254,11 +242,12 @@ def filter_direct(film, compared, parts, weights, sums, span, gain, variance):
                     _add_pair(compared.light, light, pixel, step, allowed, sums)
                 for group in range(GROUPS):
                     totals[group] += np.float32(2.0) * allowed[group]
+                    squares[group] += np.float32(2.0) * allowed[group] * allowed[group]
                 pairs += 1
-        for light in range(lights if pairs > 0 else 0):
-            for band in range(bands):
-                after = 0.0
-                for group in range(GROUPS):
-                    gain[light, pixel, band, group] = sums[light, band, group] / totals[group]
-                    after += (parts[group] / totals[group]) ** 2 * sums[light, bands + band, group]
-                variance[light, pixel, band] = after
+        if pairs > 0:
+            left[pixel] = 0.0
+            for group in range(GROUPS):
+                left[pixel] += parts[group] * squares[group] / (totals[group] * totals[group])
+                for light in range(lights):
+                    for band in range(bands):
+                        gain[light, pixel, band, group] = sums[light, band, group] / totals[group]

@@ -1,0 +1,310 @@
+"""One kind of light averaged over pixels of a surface when a render is read out.
+
+It needs the means of that light in four groups of replicates beside the moments: the weights of
+each follow from the other three. See `photonmap.kernels.film.surface_filter`. All lights, those of
+light groups and of illuminations that are rendered together, are averaged by the same weights, so
+that they add up, and differ by their spectra and shares alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+
+from photonmap.film.give_back import Blocks, give_back
+from photonmap.film.moments import RANGE, Accumulator, Change
+from photonmap.film.pooling import take_in
+from photonmap.film.replicates import replicate_size
+from photonmap.kernels.core.passes import Film, Span
+from photonmap.kernels.film.irradiance_sharing import Footprint
+from photonmap.kernels.film.moments import Moments, SpecularMoments, Weight
+from photonmap.kernels.film.surface_filter import (
+    GROUPS,
+    PATCHES,
+    Compared,
+    Grouped,
+    compare_pixels,
+    filter_light,
+    smooth_patches,
+)
+from photonmap.runtime.storage import RAM, Storage
+from photonmap.runtime.workers import Workers
+
+Array = NDArray[np.float32]
+Surfaces = Callable[[], Array]
+"""Gives the plane that each pixel shows, (P, 7), by geometry alone"""
+STRICTNESS = {"direct": 4.0, "indirect": 8.0}
+"""Square of how many standard errors a pair is off when its weight has fallen to 0, of each kind;
+twice that where noise is partly common to neighbours, which does not set them apart"""
+RADIUS, TURN = 4, 0.08
+"""How far pixels are averaged, at most: pixels, and radians between their normals."""
+CLASSES, PRIOR = 8, 500.0
+"""Of pixels, by how often averaging halves their variance; pixels that count as if these errors
+were right, as neighbours average the same"""
+HIDDEN = 1.1
+"""Squared error over the variance that shows, as weights let through what is not told from noise:
+0.85 to 1.2, over six scenes and 8 and 16 passes."""
+OWN = np.float32(0.55)
+"""The least of the variance that differences between the groups of a pixel show that is stated"""
+WINDOW = 11
+"""Pixels across over which that of indirect light is averaged"""
+LINES, MARGIN = 24, RADIUS + PATCHES[-1]
+"""Of the image that are filtered at a time, and around them that these need"""
+
+
+def group_of(index: int) -> int:
+    """Return the group of the replicate that begins with pass `index`."""
+    return index // replicate_size(index) % GROUPS
+
+
+def sizes_of_groups(count: int) -> NDArray[np.float64]:
+    """Return how many passes, and how many replicates, each group of `count` has, (2, G)."""
+    sizes, index = np.zeros((2, GROUPS)), 0
+    while index < count:
+        taken = min(replicate_size(index), count - index)
+        sizes[:, group_of(index)] += taken, 1.0
+        index += taken
+    return sizes
+
+
+def list_pairs(strictness: float) -> tuple[NDArray[np.int64], Array]:
+    """Return the pairs on opposite sides of a pixel, (R, 2), and how strictly each is compared.
+
+    (R, L): by patches, the variance of the mean of two less the one between, over that of three
+    that have no pixel in common, times `strictness`.
+    """
+    y, x = np.mgrid[: RADIUS + 1, -RADIUS : RADIUS + 1].reshape(2, -1)
+    is_pair = ((y > 0) | (x > 0)) & (x * x + y * y <= RADIUS * RADIUS)
+    pairs = np.stack([x, y], axis=1)[is_pair]
+    sides = 2 * np.array(PATCHES) + 1
+    one, two = (
+        np.maximum(sides[:, None] - n * np.abs(pairs[:, None]), 0).prod(axis=-1) for n in (1, 2)
+    )
+    apart = 1.0 + (two - 4.0 * one) / (3.0 * sides**2)
+    return pairs, (strictness * apart).astype(np.float32)
+
+
+class _Light(NamedTuple):
+    """One of the lights that are averaged alike: its moments, and its arrays as in `Grouped`."""
+
+    moments: Accumulator
+    sums: Array  # (G, P, N)
+    mean: NDArray[np.float64]  # (G, P)
+    spread: Array  # (G, P)
+
+
+class _Own(NamedTuple):
+    """One kind of light in some pixels before it is averaged."""
+
+    mean: NDArray[np.float64]  # (P, N)
+    variance: NDArray[np.float64]  # (P, N) of its mean over reflectance
+    beyond: Array | None  # (P, N) what may not be averaged with it where it is not 0
+
+
+class _Filtered(NamedTuple):
+    """What averaging makes of all lights."""
+
+    gain: Array  # (K, P, N) of light over reflectance; NaN where nothing changes
+    stated: Array  # (K, P, N) variance of its mean, as if the noise of pixels were their own
+    between: Array  # (K, P, N) variance of its mean that differences between groups show
+    left: Array  # (P,) of a pixel's variance
+
+    def part(self, rows: slice) -> _Filtered:
+        """Return that of some pixels."""
+        return _Filtered(*(array[:, rows] for array in self[:3]), self.left[rows])
+
+
+class SurfaceFilter:
+    """Keeps light of one kind by groups of passes, 16 bytes a pixel and band, and averages it.
+
+    The kind is the name of its buffer: `direct` or `indirect`.
+    """
+
+    def __init__(
+        self, kind: str, film: Film, workers: Workers, surfaces: Surfaces, storage: Storage = RAM
+    ) -> None:
+        self.kind, self._film, self._workers, self._storage = kind, film, workers, storage
+        self._surfaces, self._pairs = surfaces, list_pairs(STRICTNESS[kind])
+        self._lights: list[_Light] = []
+        self.pixels, self.changes = 0, np.zeros(0)
+        """Number of pixels that were filtered last; what each light gained, of all of it, (K,)"""
+
+    def follow(self, moments: Sequence[Accumulator]) -> None:
+        """Filter further lights by the same weights."""
+        for each in moments:
+            shape = GROUPS, len(each.parts[0].direct)
+            bands = each.parts[0].direct.shape[1]
+            zeros = self._storage.zeros
+            arrays = zeros((*shape, bands)), zeros(shape, np.float64), zeros(shape)
+            self._lights.append(_Light(each, *arrays))
+
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All that passes leave behind, by name: the arrays themselves."""
+        return {
+            f"{self.kind} {name} by groups {number}": getattr(light, name)
+            for number, light in enumerate(self._lights)
+            for name in ("sums", "mean", "spread")
+        }
+
+    def add(self, value: Array, light: int, index: int, passes: float) -> None:
+        """Take in one light, (P, N): the mean of so many passes from number `index` on."""
+        group = group_of(index)
+        total, mean, spread = (array[group] for array in self._lights[light][1:])
+        count = int(sizes_of_groups(index)[0, group] + passes)
+        weight = Weight(passes, 1.0, passes)
+
+        def add(first: int, last: int) -> None:
+            part = slice(first, last)
+            total[part] += value[part] * np.float32(passes)
+            average = value[part].mean(axis=1, dtype=np.float64)
+            take_in(average, count, mean[part], spread[part], weight)
+
+        self._workers.ranges(add, len(value), RANGE, uninterrupted=True)
+
+    def filter(self) -> list[Change]:
+        """Return what averaging changes in each light."""
+        film, shape = self._film, self._lights[0].sums.shape[1:]
+        images = self._storage.zeros((3, len(self._lights), *shape))
+        filtered = _Filtered(*images, self._storage.zeros(shape[:1]))
+
+        def task(first: int, last: int) -> NDArray[np.float64]:
+            lines = slice(first * film.width, last * film.width)
+            return self._filter_lines(first, last, filtered.part(lines))
+
+        gained = self._workers.ranges(task, film.height, LINES, uninterrupted=True)
+        totals = np.array([self._own(light).mean.sum() for light in self._lights])
+        self.changes = sum(gained) / np.where(totals > 0.0, totals, 1.0)
+        self.pixels = np.count_nonzero(~np.isnan(filtered.left))
+        if self.pixels > 0:
+            (self._pool_around if self.kind == "indirect" else self._pool_classes)(filtered)
+        return [Change(*pair) for pair in zip(filtered.gain, filtered.stated, strict=True)]
+
+    def _own(self, light: _Light, rows: slice = slice(None)) -> _Own:
+        moments, specular = (_rows(part, rows) for part in light.moments.parts)
+        return self._own_of(moments, specular)
+
+    def _own_of(self, moments: Moments, specular: SpecularMoments | None) -> _Own:
+        """Return this kind of light by its moments."""
+        count = np.maximum(moments.counts, 2)[:, None].astype(np.float64)
+        r = moments.reflectance
+        norm = count * (count - 1.0) * np.where(r == 0.0, 1.0, r * r)
+        beyond = None if specular is None else specular.residual_spread
+        if self.kind == "direct":
+            return _Own(moments.direct, moments.direct_spread / norm, beyond)
+        if specular is not None:
+            beyond = specular.residual_spread + specular.caustics_spread
+        return _Own(moments.indirect, moments.indirect_spread / norm, beyond)
+
+    def _filter_lines(self, first: int, last: int, out: _Filtered) -> NDArray[np.float64]:
+        """Fill some lines of the image; return the radiance that each light gained, (K,)."""
+        film, sizes = self._film, sizes_of_groups(self._lights[0].moments.count)
+        top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
+        rows, strip = slice(top * film.width, end * film.width), film._replace(height=end - top)
+        compared = self._compare(rows, strip, sizes)
+        lights, size, bands = compared.light.shape[:3]
+        gain = np.full((lights, size, bands, GROUPS), np.nan, np.float32)
+        left, parts = np.empty(size, np.float32), sizes[0] / sizes[0].sum()
+        scratch = (np.empty(shape, np.float32) for shape in ((4, GROUPS), (lights, bands, GROUPS)))
+        inner = Span((first - top) * film.width, (last - top) * film.width)
+        filter_light(strip, compared, parts, *scratch, inner, gain, left)
+        inside, own_rows = slice(*inner), slice(first * film.width, last * film.width)
+        out.left[:], out.gain[:] = left[inside], np.nan
+        kept, gained = np.flatnonzero(~np.isnan(out.left)), np.zeros(lights)
+        if len(kept) == 0:
+            return gained
+        reflectance = self._lights[0].moments.parts[0].reflectance[own_rows][kept]
+        blocks = Blocks(kept, reflectance, film.width)
+        for light, moments in enumerate(self._lights):
+            own = self._own(moments, own_rows)
+            before = own.variance[kept]
+            change = gain[light, inside][kept].astype(np.float64)
+            value = own.mean[kept] / reflectance + change @ parts
+            gained[light] = (reflectance * (change @ parts)).sum()
+            returned, share = give_back(change, before, value, parts, blocks)
+            out.gain[light, kept] = change @ parts
+            own_left = out.left[kept, None] * before
+            out.stated[light, kept] = own_left + share[:, None] ** 2 * returned
+            after = compared.light[light, inside][kept] + change
+            off = after - (after @ parts)[..., None]
+            out.between[light, kept] = off**2 @ parts / (GROUPS - 1)
+        return gained
+
+    def _compare(self, rows: slice, strip: Film, sizes: NDArray[np.float64]) -> Compared:
+        """Return what the pixels of a strip are compared by."""
+        size, lights = rows.stop - rows.start, len(self._lights)
+        bands, everything = self._lights[0].sums.shape[2], Span(0, size)
+        compared = Compared(
+            Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
+            *self._pairs,
+            np.empty((lights, size, bands, GROUPS), np.float32),
+            *np.zeros((2, lights, size, len(PATCHES), GROUPS), np.float32),
+        )
+        for number, light in enumerate(self._lights):
+            own = self._own(light, rows)
+            moments = _rows(light.moments.parts[0], rows)
+            grouped = Grouped(*(array[:, rows] for array in light[1:]), *sizes)
+            what = own.mean, own.beyond, grouped, compared
+            compare_pixels(moments, *what, number, everything)
+        for number in range(lights):
+            smooth_patches(strip, compared, number, everything)
+        return compared
+
+    def _pool_classes(self, filtered: _Filtered) -> None:
+        """Narrow the stated variance by what shows in all pixels that are averaged as much."""
+        halvings = np.rint(-np.log2(np.where(filtered.left > 0.0, filtered.left, 1.0)))
+        kept = np.flatnonzero(~np.isnan(filtered.left))
+        classes = np.clip(halvings[kept], 0, CLASSES - 1).astype(np.intp)
+        counts = np.bincount(classes, minlength=CLASSES)
+        for light, stated, between in zip(self._lights, *filtered[1:3], strict=True):
+            before = self._own(light).variance[kept]
+            own, shown = (
+                np.bincount(classes, _relative(image[kept], before), CLASSES)
+                for image in (stated, between)
+            )
+            alike = PRIOR * own / np.maximum(counts, 1.0)
+            ones = np.ones(CLASSES)
+            factors = np.divide(HIDDEN * shown + alike, own + alike, out=ones, where=own > 0.0)
+            factors[0] = 1.0  # hardly averaged
+            stated[kept] *= np.minimum(factors, 1.0).astype(np.float32)[classes, None]
+            np.maximum(stated, OWN * between, out=stated)
+
+    def _pool_around(self, filtered: _Filtered) -> None:
+        """State the variance that shows around pixels, but no less than if noise were their own."""
+        film, half = self._film, WINDOW // 2
+
+        def task(first: int, last: int) -> None:
+            top, end = max(first - half, 0), min(last + half, film.height)
+            part = filtered.part(slice(top * film.width, end * film.width))
+            kept = np.where(np.isnan(part.left), 0.0, 1.0).astype(np.float32)
+            lines, size = slice(first - top, last - top), (WINDOW, WINDOW)
+
+            def around(image: Array) -> Array:
+                image = image.reshape(end - top, film.width)
+                return uniform_filter(image, size, mode="constant")[lines].reshape(-1)
+
+            count = np.maximum(around(kept), np.float32(0.5 / WINDOW**2))
+            inner = filtered.part(slice(first * film.width, last * film.width))
+            for stated, own, shown in zip(inner.stated, inner.between, part.between, strict=True):
+                np.maximum(stated, OWN * own, out=stated)
+                for each, band in zip(stated.T, shown.T, strict=True):
+                    np.maximum(each, HIDDEN * around(band) / count, out=each)
+
+        self._workers.ranges(task, film.height, LINES, uninterrupted=True)
+
+
+def _rows(record: Any, rows: slice) -> Any:
+    """Return the rows of the arrays of a record, and of records in it; None for None."""
+    if record is None or isinstance(record, np.ndarray):
+        return None if record is None else record[rows]
+    return type(record)(*(_rows(part, rows) for part in record))
+
+
+def _relative(image: Array, before: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the mean over bands of a variance over that before; 0 where there was none."""
+    ratio = np.divide(image, before, out=np.zeros_like(before), where=before > 0.0)
+    return np.asarray(ratio.mean(axis=1))
