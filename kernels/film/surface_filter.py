@@ -2,8 +2,8 @@
 
 Passes form groups. How far the light of two pixels on opposite sides is from that between them is
 seen in all groups but one, by single pixels and over patches; the light of that one is averaged by
-what follows. So weights are independent of the noise that they average. A pair cancels what changes
-linearly.
+what follows. So weights are independent of the noise that they average, and of its variance, which
+is that within the group. A pair cancels what changes linearly.
 
 Where light is split by light group, or there are several illuminations, all these lights are
 averaged by the same weights, which each of them allows.
@@ -41,6 +41,15 @@ class Grouped(NamedTuple):
 
 
 @by_reference
+class Own(NamedTuple):
+    """One kind of light in pixels before it is averaged."""
+
+    mean: np.ndarray  # (P, N) float64
+    variance: np.ndarray  # (P, N) float64, of its mean over reflectance
+    beyond: np.ndarray | None  # (P, N) float32, what stays as it is where this is not 0
+
+
+@by_reference
 class Compared(NamedTuple):
     """What pixels are compared by, and what is averaged: of radiance at reflectance 1.
 
@@ -50,7 +59,7 @@ class Compared(NamedTuple):
     footprint: Footprint  # which pixels show one surface
     pairs: np.ndarray  # (R, 2) int64, columns and lines from a pixel to one of a pair beside it
     strictness: np.ndarray  # (R, L) float32: times a difference's variance, the square to weigh 0
-    light: np.ndarray  # (K, P, N, G) float32, mean in each group
+    light: np.ndarray  # (K, P, 2 N, G) float32, mean in each group, and its variance by itself
     smooth: np.ndarray  # (K, P, L, G) float32, mean over bands, a patch and all groups but one
     noise: np.ndarray  # (K, P, L, G) float32, variance of that
 
@@ -94,30 +103,31 @@ def _pool(grouped, pixel, left_out):
 
 
 @kernel
-def compare_pixels(moments, value, beyond, grouped, compared, light, span):
-    """Fill what pixels of a span have of one of the lights, and what they are compared by.
-
-    `value`, (P, N), is the mean of this light over all passes; `beyond` is that of `_is_uniform`.
-    """
-    bands, all_noise = value.shape[1], compared.noise[0]
+def compare_pixels(moments, own, grouped, compared, light, span):
+    """Fill what pixels of a span have of one of the lights, its variance, and what they compare."""
+    bands, all_noise = own.mean.shape[1], compared.noise[0]
     shown, smooth, noise = compared.light[light], compared.smooth[light], compared.noise[light]
     for pixel in range(span.first, span.last):
-        if not _is_uniform(moments, beyond, compared.footprint.plane, pixel):
+        if not _is_uniform(moments, own.beyond, compared.footprint.plane, pixel):
             all_noise[pixel, 0, 0] = np.nan
         if math.isnan(all_noise[pixel, 0, 0]):
             continue
         mean, even = 0.0, 0.0
         for band in range(bands):
-            mean += value[pixel, band]
-            even += value[pixel, band] / moments.reflectance[pixel, band]
-        factor = even / mean if mean > 0.0 else 0.0
+            mean += own.mean[pixel, band]
+            even += own.mean[pixel, band] / moments.reflectance[pixel, band]
+        factor, whole = even / mean if mean > 0.0 else 0.0, _pool(grouped, pixel, -1)[1]
         for group in range(GROUPS):
             others, variance = _pool(grouped, pixel, group)
             smooth[pixel, 0, group] = factor * others
             noise[pixel, 0, group] = factor * factor * variance
-            for band in range(bands):
-                r = moments.reflectance[pixel, band] * grouped.passes[group]
-                shown[pixel, band, group] = grouped.sums[group, pixel, band] / r
+            passes = grouped.passes[group]
+            part = grouped.spread[group, pixel] / ((grouped.values[group] - 1.0) * passes)
+            part /= max(whole, TINY)
+            for band in range(bands):  # its variance, times that in this group over that in all
+                r = moments.reflectance[pixel, band]
+                shown[pixel, band, group] = grouped.sums[group, pixel, band] / (passes * r)
+                shown[pixel, bands + band, group] = own.variance[pixel, band] * part
 
 
 @jit
@@ -209,32 +219,43 @@ def _weigh_all(compared, pixel, step, pair, own, weights):
 
 @vectorized
 def _add_pair(shown, light, pixel, step, weights, sums):
-    """Add what a pair has of a light, less the pixel's, to sums, (K, N, G)."""
+    """Add what a pair has of a light, less the pixel's, and its variance to sums, (K, 2 N, G)."""
     here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
-    for band in range(sums.shape[1]):
+    bands = sums.shape[1] // 2
+    for band in range(bands):
         for group in range(GROUPS):
             pair = shown[light, ahead, band, group] + shown[light, behind, band, group]
             sums[light, band, group] += weights[group] * (
                 pair - np.float32(2.0) * shown[light, here, band, group]
             )
+    for row in range(bands, 2 * bands):
+        for group in range(GROUPS):
+            pair = shown[light, ahead, row, group] + shown[light, behind, row, group]
+            sums[light, row, group] += weights[group] * weights[group] * pair
 
 
 @kernel
-def filter_light(film, compared, parts, weights, sums, span, gain, left):
-    """Set what light gains in each group, (K, P, N, G), and what is left of its variance, (P,).
+def filter_light(film, compared, parts, weights, sums, span, gain, variance):
+    """Set what light gains in each group, (K, P, N, G), and the variance of its mean.
 
-    Both are float32, of a span of pixels. `left` is a fraction, if the noise of pixels is their own
-    and that of a pair as large; NaN where nothing changes. `parts`, (G,), are those of the groups
-    in the mean; weights, (4, G), and sums, (K, N, G), float32, are overwritten.
+    (K, P, N), both float32, in a span of pixels. Gain is NaN where nothing changes. `parts`, (G,),
+    are those of the groups in the mean; weights, (3, G), and sums, (K, 2 N, G), float32, are
+    overwritten.
     """
     lights, _, bands, _ = gain.shape
-    allowed, own, totals, squares = weights[0], weights[1], weights[2], weights[3]
+    allowed, own, totals = weights[0], weights[1], weights[2]
     for pixel in range(span.first, span.last):
-        left[pixel] = np.nan
+        gain[0, pixel, 0, 0] = np.nan
         if math.isnan(compared.noise[0, pixel, 0, 0]):
             continue
-        totals[:], squares[:], sums[:] = 1.0, 1.0, 0.0
         pairs = 0
+        for group in range(GROUPS):
+            totals[group] = 1.0
+            for light in range(lights):
+                for band in range(bands):
+                    row = bands + band
+                    sums[light, band, group] = 0.0
+                    sums[light, row, group] = compared.light[light, pixel, row, group]
         for pair in range(len(compared.pairs)):
             step = _step_of_pair(film, compared, pixel, pair)
             if step > 0 and _weigh_all(compared, pixel, step, pair, own, allowed) > 0.0:
@@ -242,12 +263,11 @@ def filter_light(film, compared, parts, weights, sums, span, gain, left):
                     _add_pair(compared.light, light, pixel, step, allowed, sums)
                 for group in range(GROUPS):
                     totals[group] += np.float32(2.0) * allowed[group]
-                    squares[group] += np.float32(2.0) * allowed[group] * allowed[group]
                 pairs += 1
-        if pairs > 0:
-            left[pixel] = 0.0
-            for group in range(GROUPS):
-                left[pixel] += parts[group] * squares[group] / (totals[group] * totals[group])
-                for light in range(lights):
-                    for band in range(bands):
-                        gain[light, pixel, band, group] = sums[light, band, group] / totals[group]
+        for light in range(lights if pairs > 0 else 0):
+            for band in range(bands):
+                after = 0.0
+                for group in range(GROUPS):
+                    gain[light, pixel, band, group] = sums[light, band, group] / totals[group]
+                    after += (parts[group] / totals[group]) ** 2 * sums[light, bands + band, group]
+                variance[light, pixel, band] = after

@@ -25,13 +25,12 @@ class Blocks:
 
     def __init__(self, kept: NDArray[np.int64], reflectance: NDArray[Any], width: int) -> None:
         lines, columns = np.divmod(kept, width)
-        self._places = np.zeros(len(kept), np.int64)
         blocks = lines // SIDE * width + columns // SIDE
-        for each in (blocks, *np.round(reflectance, DIGITS).T):
-            _, numbers = np.unique(each, return_inverse=True)
-            _, self._places = np.unique(self._places * len(kept) + numbers, return_inverse=True)
-        self._order = np.argsort(self._places, kind="stable")
-        self._starts = np.flatnonzero(np.diff(self._places[self._order], prepend=-1))
+        keys = np.stack([*np.round(reflectance, DIGITS).T, blocks])
+        self._order = np.lexsort(keys)
+        begins = np.diff(keys[:, self._order], prepend=-1.0).any(axis=0)
+        self._starts, self._places = np.flatnonzero(begins), np.empty(len(kept), np.intp)
+        self._places[self._order] = np.cumsum(begins) - 1
 
     def sums(self, image: Image) -> Image:
         """Return the sums over pixels alike of an image of those that are filtered, for each."""

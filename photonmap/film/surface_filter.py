@@ -27,6 +27,7 @@ from photonmap.kernels.film.surface_filter import (
     PATCHES,
     Compared,
     Grouped,
+    Own,
     compare_pixels,
     filter_light,
     smooth_patches,
@@ -48,7 +49,7 @@ were right, as neighbours average the same"""
 HIDDEN = 1.1
 """Squared error over the variance that shows, as weights let through what is not told from noise:
 0.85 to 1.2, over six scenes and 8 and 16 passes."""
-OWN = np.float32(0.55)
+OWN = np.float32(0.44)
 """The least of the variance that differences between the groups of a pixel show that is stated"""
 WINDOW = 11
 """Pixels across over which that of indirect light is averaged"""
@@ -97,25 +98,16 @@ class _Light(NamedTuple):
     spread: Array  # (G, P)
 
 
-class _Own(NamedTuple):
-    """One kind of light in some pixels before it is averaged."""
-
-    mean: NDArray[np.float64]  # (P, N)
-    variance: NDArray[np.float64]  # (P, N) of its mean over reflectance
-    beyond: Array | None  # (P, N) what may not be averaged with it where it is not 0
-
-
 class _Filtered(NamedTuple):
     """What averaging makes of all lights."""
 
     gain: Array  # (K, P, N) of light over reflectance; NaN where nothing changes
     stated: Array  # (K, P, N) variance of its mean, as if the noise of pixels were their own
     between: Array  # (K, P, N) variance of its mean that differences between groups show
-    left: Array  # (P,) of a pixel's variance
 
     def part(self, rows: slice) -> _Filtered:
         """Return that of some pixels."""
-        return _Filtered(*(array[:, rows] for array in self[:3]), self.left[rows])
+        return _Filtered(*(array[:, rows] for array in self))
 
 
 class SurfaceFilter:
@@ -169,8 +161,7 @@ class SurfaceFilter:
     def filter(self) -> list[Change]:
         """Return what averaging changes in each light."""
         film, shape = self._film, self._lights[0].sums.shape[1:]
-        images = self._storage.zeros((3, len(self._lights), *shape))
-        filtered = _Filtered(*images, self._storage.zeros(shape[:1]))
+        filtered = _Filtered(*self._storage.zeros((3, len(self._lights), *shape)))
 
         def task(first: int, last: int) -> NDArray[np.float64]:
             lines = slice(first * film.width, last * film.width)
@@ -179,26 +170,26 @@ class SurfaceFilter:
         gained = self._workers.ranges(task, film.height, LINES, uninterrupted=True)
         totals = np.array([self._own(light).mean.sum() for light in self._lights])
         self.changes = sum(gained) / np.where(totals > 0.0, totals, 1.0)
-        self.pixels = np.count_nonzero(~np.isnan(filtered.left))
+        self.pixels = np.count_nonzero(~np.isnan(filtered.gain[0, :, 0]))
         if self.pixels > 0:
             (self._pool_around if self.kind == "indirect" else self._pool_classes)(filtered)
         return [Change(*pair) for pair in zip(filtered.gain, filtered.stated, strict=True)]
 
-    def _own(self, light: _Light, rows: slice = slice(None)) -> _Own:
+    def _own(self, light: _Light, rows: slice = slice(None)) -> Own:
         moments, specular = (_rows(part, rows) for part in light.moments.parts)
         return self._own_of(moments, specular)
 
-    def _own_of(self, moments: Moments, specular: SpecularMoments | None) -> _Own:
+    def _own_of(self, moments: Moments, specular: SpecularMoments | None) -> Own:
         """Return this kind of light by its moments."""
         count = np.maximum(moments.counts, 2)[:, None].astype(np.float64)
         r = moments.reflectance
         norm = count * (count - 1.0) * np.where(r == 0.0, 1.0, r * r)
         beyond = None if specular is None else specular.residual_spread
         if self.kind == "direct":
-            return _Own(moments.direct, moments.direct_spread / norm, beyond)
+            return Own(moments.direct, moments.direct_spread / norm, beyond)
         if specular is not None:
             beyond = specular.residual_spread + specular.caustics_spread
-        return _Own(moments.indirect, moments.indirect_spread / norm, beyond)
+        return Own(moments.indirect, moments.indirect_spread / norm, beyond)
 
     def _filter_lines(self, first: int, last: int, out: _Filtered) -> NDArray[np.float64]:
         """Fill some lines of the image; return the radiance that each light gained, (K,)."""
@@ -207,31 +198,31 @@ class SurfaceFilter:
         rows, strip = slice(top * film.width, end * film.width), film._replace(height=end - top)
         compared = self._compare(rows, strip, sizes)
         lights, size, bands = compared.light.shape[:3]
-        gain = np.full((lights, size, bands, GROUPS), np.nan, np.float32)
-        left, parts = np.empty(size, np.float32), sizes[0] / sizes[0].sum()
-        scratch = (np.empty(shape, np.float32) for shape in ((4, GROUPS), (lights, bands, GROUPS)))
+        gain = np.full((lights, size, bands // 2, GROUPS), np.nan, np.float32)
+        variance, parts = np.zeros(gain.shape[:3], np.float32), sizes[0] / sizes[0].sum()
+        scratch = (np.empty(shape, np.float32) for shape in ((3, GROUPS), (lights, bands, GROUPS)))
         inner = Span((first - top) * film.width, (last - top) * film.width)
-        filter_light(strip, compared, parts, *scratch, inner, gain, left)
-        inside, own_rows = slice(*inner), slice(first * film.width, last * film.width)
-        out.left[:], out.gain[:] = left[inside], np.nan
-        kept, gained = np.flatnonzero(~np.isnan(out.left)), np.zeros(lights)
+        filter_light(strip, compared, parts, *scratch, inner, gain, variance)
+        gain, variance, light = (
+            array[:, slice(*inner)]
+            for array in (gain, variance, compared.light[:, :, : bands // 2])
+        )
+        out.gain[:], own_rows = np.nan, slice(first * film.width, last * film.width)
+        kept, gained = np.flatnonzero(~np.isnan(gain[0, :, 0, 0])), np.zeros(lights)
         if len(kept) == 0:
             return gained
         reflectance = self._lights[0].moments.parts[0].reflectance[own_rows][kept]
         blocks = Blocks(kept, reflectance, film.width)
-        for light, moments in enumerate(self._lights):
-            own = self._own(moments, own_rows)
-            before = own.variance[kept]
-            change = gain[light, inside][kept].astype(np.float64)
+        for number, each in enumerate(self._lights):
+            own, change = self._own(each, own_rows), gain[number, kept].astype(np.float64)
             value = own.mean[kept] / reflectance + change @ parts
-            gained[light] = (reflectance * (change @ parts)).sum()
-            returned, share = give_back(change, before, value, parts, blocks)
-            out.gain[light, kept] = change @ parts
-            own_left = out.left[kept, None] * before
-            out.stated[light, kept] = own_left + share[:, None] ** 2 * returned
-            after = compared.light[light, inside][kept] + change
-            off = after - (after @ parts)[..., None]
-            out.between[light, kept] = off**2 @ parts / (GROUPS - 1)
+            gained[number] = (reflectance * (change @ parts)).sum()
+            returned, share = give_back(change, own.variance[kept], value, parts, blocks)
+            out.gain[number, kept] = change @ parts
+            out.stated[number, kept] = variance[number, kept] + share[:, None] ** 2 * returned
+            off = light[number, kept] + change
+            off -= (off @ parts)[..., None]
+            out.between[number, kept] = off**2 @ parts / (GROUPS - 1)
         return gained
 
     def _compare(self, rows: slice, strip: Film, sizes: NDArray[np.float64]) -> Compared:
@@ -241,30 +232,27 @@ class SurfaceFilter:
         compared = Compared(
             Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
             *self._pairs,
-            np.empty((lights, size, bands, GROUPS), np.float32),
+            np.empty((lights, size, 2 * bands, GROUPS), np.float32),
             *np.zeros((2, lights, size, len(PATCHES), GROUPS), np.float32),
         )
         for number, light in enumerate(self._lights):
-            own = self._own(light, rows)
-            moments = _rows(light.moments.parts[0], rows)
+            moments, own = _rows(light.moments.parts[0], rows), self._own(light, rows)
             grouped = Grouped(*(array[:, rows] for array in light[1:]), *sizes)
-            what = own.mean, own.beyond, grouped, compared
-            compare_pixels(moments, *what, number, everything)
+            compare_pixels(moments, own, grouped, compared, number, everything)
         for number in range(lights):
             smooth_patches(strip, compared, number, everything)
         return compared
 
     def _pool_classes(self, filtered: _Filtered) -> None:
         """Narrow the stated variance by what shows in all pixels that are averaged as much."""
-        halvings = np.rint(-np.log2(np.where(filtered.left > 0.0, filtered.left, 1.0)))
-        kept = np.flatnonzero(~np.isnan(filtered.left))
-        classes = np.clip(halvings[kept], 0, CLASSES - 1).astype(np.intp)
-        counts = np.bincount(classes, minlength=CLASSES)
-        for light, stated, between in zip(self._lights, *filtered[1:3], strict=True):
+        kept = np.flatnonzero(~np.isnan(filtered.gain[0, :, 0]))
+        for light, _, stated, between in zip(self._lights, *filtered, strict=True):
             before = self._own(light).variance[kept]
-            own, shown = (
-                np.bincount(classes, _relative(image[kept], before), CLASSES)
-                for image in (stated, between)
+            left, shown = (_relative(image[kept], before) for image in (stated, between))
+            halvings = np.rint(-np.log2(np.where(left > 0.0, left, 1.0)))
+            classes = np.clip(halvings, 0, CLASSES - 1).astype(np.intp)
+            counts, own, shown = (
+                np.bincount(classes, weights, CLASSES) for weights in (None, left, shown)
             )
             alike = PRIOR * own / np.maximum(counts, 1.0)
             ones = np.ones(CLASSES)
@@ -280,7 +268,7 @@ class SurfaceFilter:
         def task(first: int, last: int) -> None:
             top, end = max(first - half, 0), min(last + half, film.height)
             part = filtered.part(slice(top * film.width, end * film.width))
-            kept = np.where(np.isnan(part.left), 0.0, 1.0).astype(np.float32)
+            kept = np.where(np.isnan(part.gain[0, :, 0]), 0.0, 1.0).astype(np.float32)
             lines, size = slice(first - top, last - top), (WINDOW, WINDOW)
 
             def around(image: Array) -> Array:

@@ -92,7 +92,7 @@ def test_what_decides_the_arrays_is_recorded():
     assert checked.deciding == {
         "pixel": "box", "photons": 16384, "seed": 7, "method": "photon",
         "effects": "direct,indirect", "unbiased": False, "per_light": False, "adaptive": True,
-        "filter_direct": True,
+        "filter_light": True,
     }  # fmt: skip
     assert checked.describe(5) == {
         "size": [8, 4], "budget": {"passes": 3}, "threads": 5, **checked.deciding,

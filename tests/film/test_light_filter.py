@@ -121,7 +121,7 @@ def test_renders_add_up_and_stay_where_they_are_not_filtered(settings):
     np.testing.assert_array_equal(own.radiance, (own.emission + own.direct) + own.indirect)
     np.testing.assert_allclose(own.reflectance * own.shading, own.direct + own.indirect, 1e-5)
     same = (own.errors["direct"] == plain.errors["direct"]).all(axis=-1)
-    assert own.record["direct_filter"]["pixels"] >= (~same).sum() > 100
+    assert own.record["light_filter"]["direct"]["pixels"] >= (~same).sum() > 100
     for name in ("direct", "shading", "radiance"):
         np.testing.assert_array_equal(getattr(own, name)[same], getattr(plain, name)[same])
         assert own.errors[name][~same].mean() < plain.errors[name][~same].mean()
@@ -158,12 +158,12 @@ def test_a_goal_is_met_by_filtered_light(settings):
 )
 def test_what_is_not_filtered_says_why(settings, option):
     options = {**settings, "passes": 16, "size": 8, "filter_light": True, **option}
-    record = pm.render(**options).record["direct_filter"]
+    record = pm.render(**options).record["light_filter"]["direct"]
     assert not record["on"]
     assert record["why"]
 
 
 def test_runs_are_not_merged_without_their_plain_means(settings):
     parts = [pm.render(**settings, passes=8, seed=seed).select(REQUIRED) for seed in range(2)]
-    with pytest.raises(pm.InputError, match="'direct_unfiltered' is missing"):
+    with pytest.raises(pm.InputError, match="'direct_unfiltered', 'indirect_unfiltered' are missing"):
         pm.merge(parts)

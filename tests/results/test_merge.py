@@ -42,7 +42,7 @@ SEEDS = {3: 3, 8: 2, 1: 8}
 def in_one_run(scene, options):
     """All passes of all seeds in the same moments, unfiltered: buffers and errors."""
     render = sys.modules["photonmap.render"]
-    options = {"pixel": "box", "filter_direct": False, **options}
+    options = {"pixel": "box", "filter_light": False, **options}
     ledger = None
     with Workers(2) as workers:
         for seed, passes in SEEDS.items():
@@ -68,7 +68,7 @@ def runs(request):
 
 def test_means_and_errors_are_those_of_one_run(runs):
     parts, merged, one = runs
-    filtered = [part for part in parts if part.record["direct_filter"]["on"]]
+    filtered = [part for part in parts if part.record["light_filter"]["direct"]["on"]]
     assert len(filtered) == 1
     assert list(merged.buffers) == list(one.buffers)
     assert set(merged.errors) == set(one.errors)
