@@ -55,6 +55,8 @@ WINDOW = 11
 """Pixels across over which that of indirect light is averaged"""
 LINES, MARGIN = 24, RADIUS + PATCHES[-1]
 """Of the image that are filtered at a time, and around them that these need"""
+TINY = 1e-30
+"""In place of no light at all"""
 
 
 def group_of(index: int) -> int:
@@ -262,25 +264,34 @@ class SurfaceFilter:
             np.maximum(stated, OWN * between, out=stated)
 
     def _pool_around(self, filtered: _Filtered) -> None:
-        """State the variance that shows around pixels, but no less than if noise were their own."""
+        """State the variance that shows around pixels, but no less than if noise were their own.
+
+        It is taken to be proportional to light.
+        """
         film, half = self._film, WINDOW // 2
 
         def task(first: int, last: int) -> None:
             top, end = max(first - half, 0), min(last + half, film.height)
-            part = filtered.part(slice(top * film.width, end * film.width))
-            kept = np.where(np.isnan(part.gain[0, :, 0]), 0.0, 1.0).astype(np.float32)
-            lines, size = slice(first - top, last - top), (WINDOW, WINDOW)
+            rows, lines = slice(top * film.width, end * film.width), slice(first - top, last - top)
+            own_rows, part = slice(first * film.width, last * film.width), filtered.part(rows)
+            kept = ~np.isnan(part.gain[0, :, 0])
 
             def around(image: Array) -> Array:
-                image = image.reshape(end - top, film.width)
-                return uniform_filter(image, size, mode="constant")[lines].reshape(-1)
+                image = np.where(kept, image, np.float32(0.0)).reshape(end - top, film.width)
+                return uniform_filter(image, WINDOW, mode="constant")[lines].reshape(-1)
 
-            count = np.maximum(around(kept), np.float32(0.5 / WINDOW**2))
-            inner = filtered.part(slice(first * film.width, last * film.width))
-            for stated, own, shown in zip(inner.stated, inner.between, part.between, strict=True):
-                np.maximum(stated, OWN * own, out=stated)
-                for each, band in zip(stated.T, shown.T, strict=True):
-                    np.maximum(each, HIDDEN * around(band) / count, out=each)
+            count = np.maximum(around(np.ones(len(kept), np.float32)), np.float32(0.5 / WINDOW**2))
+            for number, light in enumerate(self._lights):
+                own, r = self._own(light, rows), light.moments.parts[0].reflectance[rows]
+                value = own.mean / np.where(r == 0.0, 1.0, r) + part.gain[number]
+                value = np.where(kept[:, None], np.maximum(value, TINY), 1.0).astype(np.float32)
+                stated = filtered.stated[number, own_rows]
+                np.maximum(stated, OWN * filtered.between[number, own_rows], out=stated)
+                for each, shown, norm in zip(
+                    stated.T, part.between[number].T, value.T, strict=True
+                ):
+                    here = norm.reshape(end - top, film.width)[lines].reshape(-1)
+                    np.maximum(each, around(shown / norm) / count * here, out=each)
 
         self._workers.ranges(task, film.height, LINES, uninterrupted=True)
 

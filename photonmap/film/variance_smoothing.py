@@ -24,7 +24,7 @@ PRIORS = {
     "direct": 1.0,
     "direct_unfiltered": 1.0,
     "radiance": 2.5,
-    "indirect": 7.0,
+    "indirect": 5.0,
     "indirect_unfiltered": 7.0,
 }
 """The same for buffers whose noise lies in patches, as that of direct light in penumbrae, and for

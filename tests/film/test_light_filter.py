@@ -1,10 +1,11 @@
-"""Filtered direct light: less noise, errors that hold, and the same bits as ever."""
+"""Filtered light: less noise, errors that hold, and the same bits as ever."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from helpers.scenes import quad
+from scipy.ndimage import uniform_filter
 
 import photonmap as pm
 from photonmap.film.light_filter import LightFilter
@@ -16,7 +17,7 @@ from photonmap.runtime.workers import Workers
 SIDE, PASSES = 64, 16
 
 
-def filtered(*lights, rng, reflectance=0.5):
+def filtered(*lights, rng, kind="direct", reflectance=0.5):
     """Moments of a flat surface under some lights: before and after, the whole and each light.
 
     Of each, what reaches pixels, (P, N), and the noise of a pass.
@@ -30,20 +31,19 @@ def filtered(*lights, rng, reflectance=0.5):
     count = 1 + len(lights) * (len(lights) > 1)
     with Workers(2) as workers:
         moments = [Accumulator(size, bands, workers) for _ in range(count)]
-        kept = LightFilter(["direct"], Film(SIDE, SIDE, True), workers, lambda: plane)
+        kept = LightFilter([kind], Film(SIDE, SIDE, True), workers, lambda: plane)
         kept.follow(moments)
         for index in range(PASSES):
             groups = [reflectance * (light + noise(rng, (size, 1))) for light, noise in lights]
             for light, own in enumerate([sum(groups), *groups][:count]):
-                direct = own.astype(np.float32)
                 pixels = Pixels(
-                    nothing, direct, nothing, whole, nothing, nothing,
+                    nothing, nothing, nothing, whole, nothing, nothing,
                     np.ones(size, np.float32), np.zeros(size, np.uint8), plane,
-                )  # fmt: skip
+                )._replace(**{kind: own.astype(np.float32)})  # fmt: skip
                 kept.add(pixels, light, index, 1.0)
                 moments[light].add(pixels)
         images = [[each.finish(1.0) for each in stage] for stage in (moments, kept.apply())]
-    return [[SimpleNamespace(value=b["direct"], error=e["direct"]) for b, e in s] for s in images]
+    return [[SimpleNamespace(value=b[kind], error=e[kind]) for b, e in s] for s in images]
 
 
 def normal(rng, shape):
@@ -61,6 +61,22 @@ def test_even_light_has_less_noise_as_errors_state(noise):
     (before,), (after,) = filtered((light, noise), rng=np.random.default_rng(1))
     off = after.value - 0.5 * light
     assert (off**2).mean() < 0.1 * ((before.value - 0.5 * light) ** 2).mean()
+    assert 0.85 < (off**2).mean() / (after.error**2).mean() < 1.15
+    assert 0.93 < (np.abs(off) < 1.96 * after.error).mean() < 0.98
+
+
+@pytest.mark.parametrize("across", [3, 7])
+def test_errors_hold_where_neighbours_share_noise(across):
+    """As those of indirect light do."""
+    even = np.ones((SIDE * SIDE, 1))
+
+    def shared(rng, shape):
+        noise = rng.standard_normal((SIDE, SIDE))
+        return 0.1 * across * uniform_filter(noise, across, mode="wrap").reshape(shape)
+
+    (before,), (after,) = filtered((even, shared), rng=np.random.default_rng(4), kind="indirect")
+    off = after.value - 0.5 * even
+    assert (off**2).mean() < 0.9 * ((before.value - 0.5 * even) ** 2).mean()
     assert 0.85 < (off**2).mean() / (after.error**2).mean() < 1.15
     assert 0.93 < (np.abs(off) < 1.96 * after.error).mean() < 0.98
 
@@ -120,13 +136,18 @@ def test_renders_add_up_and_stay_where_they_are_not_filtered(settings):
     own, plain = (pm.render(**settings, passes=20, filter_light=on) for on in (True, False))
     np.testing.assert_array_equal(own.radiance, (own.emission + own.direct) + own.indirect)
     np.testing.assert_allclose(own.reflectance * own.shading, own.direct + own.indirect, 1e-5)
-    same = (own.errors["direct"] == plain.errors["direct"]).all(axis=-1)
-    assert own.record["light_filter"]["direct"]["pixels"] >= (~same).sum() > 100
-    for name in ("direct", "shading", "radiance"):
-        np.testing.assert_array_equal(getattr(own, name)[same], getattr(plain, name)[same])
+    stays = np.ones(own.direct.shape[:2], bool)
+    for name in ("direct", "indirect"):
+        same = (own.errors[name] == plain.errors[name]).all(axis=-1)
+        assert own.record["light_filter"][name]["pixels"] >= (~same).sum() > 100
+        np.testing.assert_array_equal(own.buffers[name][same], plain.buffers[name][same])
         assert own.errors[name][~same].mean() < plain.errors[name][~same].mean()
-    np.testing.assert_allclose(own.block_mean("direct"), plain.block_mean("direct"), 1e-5)
-    np.testing.assert_array_equal(own.indirect, plain.indirect)
+        np.testing.assert_allclose(own.block_mean(name), plain.block_mean(name), 1e-5)
+        np.testing.assert_array_equal(own.buffers[f"{name}_unfiltered"], plain.buffers[name])
+        stays &= same
+    for name in ("shading", "radiance"):
+        np.testing.assert_array_equal(own.buffers[name][stays], plain.buffers[name][stays])
+        assert own.errors[name][~stays].mean() < plain.errors[name][~stays].mean()
 
 
 def test_filtered_renders_have_the_same_bits_by_any_way(settings, tmp_path):
@@ -165,5 +186,5 @@ def test_what_is_not_filtered_says_why(settings, option):
 
 def test_runs_are_not_merged_without_their_plain_means(settings):
     parts = [pm.render(**settings, passes=8, seed=seed).select(REQUIRED) for seed in range(2)]
-    with pytest.raises(pm.InputError, match="'direct_unfiltered', 'indirect_unfiltered' are missing"):
+    with pytest.raises(pm.InputError, match="unfiltered.*are missing"):
         pm.merge(parts)
