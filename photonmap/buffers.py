@@ -32,9 +32,9 @@ Omission = Literal[
     "without mirrors, glass or rough surfaces",
     "without fluorescent surfaces",
     "where it is 0 everywhere",
-    "where direct light is not filtered",
+    "where it is not filtered",
 ]
-"""When a buffer that was asked for is not written: reading it gives zeros, or direct light."""
+"""When a buffer that was asked for is not written: reading it gives zeros, or what is filtered."""
 Scenes = Literal["all", "with gloss", "with gloss, mirrors or glass", "none"]
 """Of which scenes a render keeps a buffer unless others are asked for."""
 
@@ -121,7 +121,11 @@ class Buffer:
     @property
     def then(self) -> str:
         """What its values are where it is not written: those of a buffer, or "0"."""
-        return "direct" if self.omitted == "where direct light is not filtered" else "0"
+        return (
+            self.name.removesuffix("_unfiltered")
+            if self.omitted == "where it is not filtered"
+            else "0"
+        )
 
     def values_per_pixel(self, bands: int) -> int:
         """Return the number of its 4-byte values in a pixel, those of its error included."""
@@ -153,7 +157,7 @@ TABLE = (
         "the mean of direct over passes, before it is averaged over pixels of a surface: merging "
         "takes it",
         "radiance", "passes", "mean",
-        has_error=True, per_light=True, omitted="where direct light is not filtered",
+        has_error=True, per_light=True, omitted="where it is not filtered",
     ),
     Buffer(
         "indirect",
@@ -165,7 +169,7 @@ TABLE = (
         "indirect_unfiltered",
         "the mean of indirect over passes, as direct_unfiltered",
         "radiance", "passes", "mean",
-        has_error=True, per_light=True, omitted="where indirect light is not filtered",
+        has_error=True, per_light=True, omitted="where it is not filtered",
     ),
     Buffer(
         "caustics",

@@ -107,6 +107,11 @@ class _Filtered(NamedTuple):
     stated: Array  # (K, P, N) variance of its mean, as if the noise of pixels were their own
     between: Array  # (K, P, N) variance of its mean that differences between groups show
 
+    @property
+    def kept(self) -> NDArray[np.bool_]:
+        """Which pixels are averaged, (P,)."""
+        return ~np.isnan(self.gain[0, :, 0])
+
     def part(self, rows: slice) -> _Filtered:
         """Return that of some pixels."""
         return _Filtered(*(array[:, rows] for array in self))
@@ -172,7 +177,7 @@ class SurfaceFilter:
         gained = self._workers.ranges(task, film.height, LINES, uninterrupted=True)
         totals = np.array([self._own(light).mean.sum() for light in self._lights])
         self.changes = sum(gained) / np.where(totals > 0.0, totals, 1.0)
-        self.pixels = np.count_nonzero(~np.isnan(filtered.gain[0, :, 0]))
+        self.pixels = int(np.count_nonzero(filtered.kept))
         if self.pixels > 0:
             (self._pool_around if self.kind == "indirect" else self._pool_classes)(filtered)
         return [Change(*pair) for pair in zip(filtered.gain, filtered.stated, strict=True)]
@@ -247,18 +252,20 @@ class SurfaceFilter:
 
     def _pool_classes(self, filtered: _Filtered) -> None:
         """Narrow the stated variance by what shows in all pixels that are averaged as much."""
-        kept = np.flatnonzero(~np.isnan(filtered.gain[0, :, 0]))
+        kept = np.flatnonzero(filtered.kept)
         for light, _, stated, between in zip(self._lights, *filtered, strict=True):
             before = self._own(light).variance[kept]
             left, shown = (_relative(image[kept], before) for image in (stated, between))
             halvings = np.rint(-np.log2(np.where(left > 0.0, left, 1.0)))
             classes = np.clip(halvings, 0, CLASSES - 1).astype(np.intp)
-            counts, own, shown = (
-                np.bincount(classes, weights, CLASSES) for weights in (None, left, shown)
+            counts, all_left, all_shown = (
+                np.bincount(classes, each, CLASSES) for each in (np.ones(len(kept)), left, shown)
             )
-            alike = PRIOR * own / np.maximum(counts, 1.0)
-            ones = np.ones(CLASSES)
-            factors = np.divide(HIDDEN * shown + alike, own + alike, out=ones, where=own > 0.0)
+            alike, ones = PRIOR * all_left / np.maximum(counts, 1.0), np.ones(CLASSES)
+            expected = all_left + alike
+            factors = np.divide(
+                HIDDEN * all_shown + alike, expected, out=ones, where=expected > 0.0
+            )
             factors[0] = 1.0  # hardly averaged
             stated[kept] *= np.minimum(factors, 1.0).astype(np.float32)[classes, None]
             np.maximum(stated, OWN * between, out=stated)
@@ -274,7 +281,7 @@ class SurfaceFilter:
             top, end = max(first - half, 0), min(last + half, film.height)
             rows, lines = slice(top * film.width, end * film.width), slice(first - top, last - top)
             own_rows, part = slice(first * film.width, last * film.width), filtered.part(rows)
-            kept = ~np.isnan(part.gain[0, :, 0])
+            kept = part.kept
 
             def around(image: Array) -> Array:
                 image = np.where(kept, image, np.float32(0.0)).reshape(end - top, film.width)

@@ -39,27 +39,23 @@ def unfiltered(result: Result) -> Result:
 def _restore(buffers: Images, errors: Images, group: str) -> None:
     """Replace the light of a light group, or of the whole, and all that follows from it."""
     name_of = {name: group_name(name, group) for name in (*UNFILTERED, "shading", "radiance")}
-    before, after = {}, {}
     changed = np.zeros(buffers["reflectance"].shape, bool)
-    ratio = np.ones(changed.shape)
+    ratio, before, after = np.ones(changed.shape), np.zeros(changed.shape), np.zeros(changed.shape)
     for name, plain in UNFILTERED.items():
         own, plain = name_of[name], group_name(plain, group)
-        after[name] = errors[own].astype(np.float64) ** 2
+        stated = errors[own].astype(np.float64) ** 2
         if plain in buffers:
             light, error = buffers.pop(plain), errors.pop(plain)
             changed |= (light != buffers[own]) | (error != errors[own])
             buffers[own], errors[own] = light, error
-        before[name] = errors[own].astype(np.float64) ** 2
-        where = after[name] > 0.0
-        ratio *= np.sqrt(np.divide(before[name], after[name], np.zeros_like(ratio), where=where))
+        plain_stated = errors[own].astype(np.float64) ** 2
+        gained = np.divide(plain_stated, stated, out=np.zeros_like(ratio), where=stated > 0.0)
+        ratio, before, after = ratio * np.sqrt(gained), before + plain_stated, after + stated
     r = np.where(changed, buffers["reflectance"], 1.0).astype(np.float64)
     # else infinite where no surface is
     whole = (np.where(changed, errors[name_of["shading"]], 0.0) * r) ** 2
-    whole = sum(before.values()) + ratio * (whole - sum(after.values()))
-    light, spread = (
-        sum(buffers[name_of[name]] for name in UNFILTERED),
-        np.sqrt(np.maximum(whole, 0.0)),
-    )
+    spread = np.sqrt(np.maximum(before + ratio * (whole - after), 0.0))
+    light = buffers[name_of["direct"]] + buffers[name_of["indirect"]]
     for images, values in ((buffers, light), (errors, spread)):
         for name, value in {"radiance": values, "shading": values / r}.items():
             if (own := name_of[name]) in images:

@@ -186,5 +186,5 @@ def test_what_is_not_filtered_says_why(settings, option):
 
 def test_runs_are_not_merged_without_their_plain_means(settings):
     parts = [pm.render(**settings, passes=8, seed=seed).select(REQUIRED) for seed in range(2)]
-    with pytest.raises(pm.InputError, match="unfiltered.*are missing"):
+    with pytest.raises(pm.InputError, match=r"unfiltered.* are missing"):
         pm.merge(parts)
