@@ -141,7 +141,7 @@ class Accumulator:
                 ratio = np.divide(after[name], old, out=np.ones_like(norm), where=old > 0.0)
                 arrays[f"{name}_spread"][part], is_changed = after[name], is_changed | here
                 both = both * np.sqrt(ratio)
-            whole = sum(after.values()) + both
+            whole = np.maximum(sum(after.values()) + both, 0.0)
             for name in ("diffuse_spread", "radiance_spread"):
                 arrays[name][part] = np.where(is_changed, whole, getattr(own, name)[part])
         changed._moments = own._replace(**arrays)

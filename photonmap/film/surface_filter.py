@@ -55,8 +55,8 @@ WINDOW = 11
 """Pixels across over which that of indirect light is averaged"""
 LINES, MARGIN = 24, RADIUS + PATCHES[-1]
 """Of the image that are filtered at a time, and around them that these need"""
-TINY = 1e-30
-"""In place of no light at all"""
+DARK, TINY = 0.1, 1e-30
+"""Of mean light, up to which it is taken to vary as that; and in place of no light at all"""
 
 
 def group_of(index: int) -> int:
@@ -174,12 +174,13 @@ class SurfaceFilter:
             lines = slice(first * film.width, last * film.width)
             return self._filter_lines(first, last, filtered.part(lines))
 
-        gained = self._workers.ranges(task, film.height, LINES, uninterrupted=True)
-        totals = np.array([self._own(light).mean.sum() for light in self._lights])
-        self.changes = sum(gained) / np.where(totals > 0.0, totals, 1.0)
+        gained, totals, light = sum(self._workers.ranges(task, film.height, LINES, uninterrupted=True))
+        self.changes = gained / np.where(totals > 0.0, totals, 1.0)
         self.pixels = int(np.count_nonzero(filtered.kept))
-        if self.pixels > 0:
-            (self._pool_around if self.kind == "indirect" else self._pool_classes)(filtered)
+        if self.pixels > 0 and self.kind == "direct":
+            self._pool_classes(filtered)
+        elif self.pixels > 0:
+            self._pool_around(filtered, DARK * light / self.pixels)
         return [Change(*pair) for pair in zip(filtered.gain, filtered.stated, strict=True)]
 
     def _own(self, light: _Light, rows: slice = slice(None)) -> Own:
@@ -188,8 +189,7 @@ class SurfaceFilter:
 
     def _own_of(self, moments: Moments, specular: SpecularMoments | None) -> Own:
         """Return this kind of light by its moments."""
-        count = np.maximum(moments.counts, 2)[:, None].astype(np.float64)
-        r = moments.reflectance
+        count, r = moments.counts[:, None].astype(np.float64), moments.reflectance
         norm = count * (count - 1.0) * np.where(r == 0.0, 1.0, r * r)
         beyond = None if specular is None else specular.residual_spread
         if self.kind == "direct":
@@ -199,7 +199,10 @@ class SurfaceFilter:
         return Own(moments.indirect, moments.indirect_spread / norm, beyond)
 
     def _filter_lines(self, first: int, last: int, out: _Filtered) -> NDArray[np.float64]:
-        """Fill some lines of the image; return the radiance that each light gained, (K,)."""
+        """Fill some lines of the image; return of each light, (3, K), what it gained, of how much.
+
+        And the sum of its means over bands and reflectance of what is filtered.
+        """
         film, sizes = self._film, sizes_of_groups(self._lights[0].moments.count)
         top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
         rows, strip = slice(top * film.width, end * film.width), film._replace(height=end - top)
@@ -215,15 +218,16 @@ class SurfaceFilter:
             for array in (gain, variance, compared.light[:, :, : bands // 2])
         )
         out.gain[:], own_rows = np.nan, slice(first * film.width, last * film.width)
-        kept, gained = np.flatnonzero(~np.isnan(gain[0, :, 0, 0])), np.zeros(lights)
-        if len(kept) == 0:
-            return gained
+        kept, gained = np.flatnonzero(~np.isnan(gain[0, :, 0, 0])), np.zeros((3, lights))
         reflectance = self._lights[0].moments.parts[0].reflectance[own_rows][kept]
         blocks = Blocks(kept, reflectance, film.width)
         for number, each in enumerate(self._lights):
             own, change = self._own(each, own_rows), gain[number, kept].astype(np.float64)
             value = own.mean[kept] / reflectance + change @ parts
-            gained[number] = (reflectance * (change @ parts)).sum()
+            gain_of_all = (reflectance * (change @ parts)).sum()
+            gained[:, number] = gain_of_all, own.mean.sum(), value.mean(axis=1).sum()
+            if len(kept) == 0:
+                continue
             returned, share = give_back(change, own.variance[kept], value, parts, blocks)
             out.gain[number, kept] = change @ parts
             out.stated[number, kept] = variance[number, kept] + share[:, None] ** 2 * returned
@@ -252,53 +256,62 @@ class SurfaceFilter:
 
     def _pool_classes(self, filtered: _Filtered) -> None:
         """Narrow the stated variance by what shows in all pixels that are averaged as much."""
-        kept = np.flatnonzero(filtered.kept)
-        for light, _, stated, between in zip(self._lights, *filtered, strict=True):
-            before = self._own(light).variance[kept]
-            left, shown = (_relative(image[kept], before) for image in (stated, between))
-            halvings = np.rint(-np.log2(np.where(left > 0.0, left, 1.0)))
-            classes = np.clip(halvings, 0, CLASSES - 1).astype(np.intp)
-            counts, all_left, all_shown = (
-                np.bincount(classes, each, CLASSES) for each in (np.ones(len(kept)), left, shown)
-            )
-            alike, ones = PRIOR * all_left / np.maximum(counts, 1.0), np.ones(CLASSES)
-            expected = all_left + alike
-            factors = np.divide(
-                HIDDEN * all_shown + alike, expected, out=ones, where=expected > 0.0
-            )
-            factors[0] = 1.0  # hardly averaged
-            stated[kept] *= np.minimum(factors, 1.0).astype(np.float32)[classes, None]
+        classes = self._storage.zeros(filtered.gain.shape[:2], np.uint8)
+
+        def classify(first: int, last: int) -> NDArray[np.float64]:
+            rows, tables = slice(first, last), []
+            for number, light in enumerate(self._lights):
+                before, part = self._own(light, rows).variance, filtered.part(rows)
+                left, shown = (_relative(image[number], before) for image in part[1:])
+                halvings = np.rint(-np.log2(np.where(left > 0.0, left, 1.0)))
+                own = classes[number, rows] = np.clip(halvings, 0, CLASSES - 1)
+                each = own.astype(np.intp)
+                tables.append([np.bincount(each, sums, CLASSES) for sums in (part.kept, left, shown)])
+            return np.array(tables)
+
+        size = len(filtered.kept)
+        tables = sum(self._workers.ranges(classify, size, RANGE, uninterrupted=True))
+        counts, left, shown = np.moveaxis(tables, 1, 0)
+        alike, ones = PRIOR * left / np.maximum(counts, 1.0), np.ones(left.shape)
+        factors = np.divide(HIDDEN * shown + alike, left + alike, out=ones, where=left > 0.0)
+        factors[:, 0] = 1.0  # hardly averaged
+        factors = np.minimum(factors, 1.0).astype(np.float32)
+
+        def narrow(first: int, last: int) -> None:
+            _, stated, between = filtered.part(slice(first, last))
+            for number, factor in enumerate(factors):
+                stated[number] *= factor[classes[number, first:last], None]
             np.maximum(stated, OWN * between, out=stated)
 
-    def _pool_around(self, filtered: _Filtered) -> None:
+        self._workers.ranges(narrow, size, RANGE, uninterrupted=True)
+
+    def _pool_around(self, filtered: _Filtered, floors: NDArray[np.float64]) -> None:
         """State the variance that shows around pixels, but no less than if noise were their own.
 
-        It is taken to be proportional to light.
+        It is taken to be proportional to light, less dark than `floors`, (K,).
         """
-        film, half = self._film, WINDOW // 2
+        film, half, size = self._film, WINDOW // 2, (WINDOW, WINDOW, 1)
 
         def task(first: int, last: int) -> None:
             top, end = max(first - half, 0), min(last + half, film.height)
-            rows, lines = slice(top * film.width, end * film.width), slice(first - top, last - top)
-            own_rows, part = slice(first * film.width, last * film.width), filtered.part(rows)
-            kept = part.kept
+            rows = slice(top * film.width, end * film.width)
+            inner = slice((first - top) * film.width, (last - top) * film.width)
+            part = filtered.part(rows)
+            kept = part.kept[:, None]
 
             def around(image: Array) -> Array:
-                image = np.where(kept, image, np.float32(0.0)).reshape(end - top, film.width)
-                return uniform_filter(image, WINDOW, mode="constant")[lines].reshape(-1)
+                lines = np.where(kept, image, np.float32(0.0)).reshape(end - top, film.width, -1)
+                return uniform_filter(lines, size, mode="constant").reshape(image.shape)[inner]
 
-            count = np.maximum(around(np.ones(len(kept), np.float32)), np.float32(0.5 / WINDOW**2))
+            count = np.maximum(around(np.ones(kept.shape, np.float32)), np.float32(0.5 / WINDOW**2))
             for number, light in enumerate(self._lights):
                 own, r = self._own(light, rows), light.moments.parts[0].reflectance[rows]
                 value = own.mean / np.where(r == 0.0, 1.0, r) + part.gain[number]
-                value = np.where(kept[:, None], np.maximum(value, TINY), 1.0).astype(np.float32)
-                stated = filtered.stated[number, own_rows]
-                np.maximum(stated, OWN * filtered.between[number, own_rows], out=stated)
-                for each, shown, norm in zip(
-                    stated.T, part.between[number].T, value.T, strict=True
-                ):
-                    here = norm.reshape(end - top, film.width)[lines].reshape(-1)
-                    np.maximum(each, around(shown / norm) / count * here, out=each)
+                value = np.maximum(value, max(floors[number], TINY)).astype(np.float32)
+                between, stated = part.between[number], part.stated[number, inner]
+                variance = around(between / value) / count * value[inner]
+                variance = np.maximum(variance, OWN * between[inner])
+                np.maximum(stated, variance, out=stated)
 
         self._workers.ranges(task, film.height, LINES, uninterrupted=True)
 
