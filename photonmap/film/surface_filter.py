@@ -174,7 +174,9 @@ class SurfaceFilter:
             lines = slice(first * film.width, last * film.width)
             return self._filter_lines(first, last, filtered.part(lines))
 
-        gained, totals, light = sum(self._workers.ranges(task, film.height, LINES, uninterrupted=True))
+        gained, totals, light = sum(
+            self._workers.ranges(task, film.height, LINES, uninterrupted=True)
+        )
         self.changes = gained / np.where(totals > 0.0, totals, 1.0)
         self.pixels = int(np.count_nonzero(filtered.kept))
         if self.pixels > 0 and self.kind == "direct":
@@ -266,7 +268,9 @@ class SurfaceFilter:
                 halvings = np.rint(-np.log2(np.where(left > 0.0, left, 1.0)))
                 own = classes[number, rows] = np.clip(halvings, 0, CLASSES - 1)
                 each = own.astype(np.intp)
-                tables.append([np.bincount(each, sums, CLASSES) for sums in (part.kept, left, shown)])
+                tables.append(
+                    [np.bincount(each, sums, CLASSES) for sums in (part.kept, left, shown)]
+                )
             return np.array(tables)
 
         size = len(filtered.kept)

@@ -20,13 +20,7 @@ from numpy.typing import NDArray
 PRIOR = 4.0
 """Passes that the neighbours count for. It and the scaling are measured: by how often intervals
 hold the truth, over many seeds of scenes with diffuse surfaces, mirrors and glass."""
-PRIORS = {
-    "direct": 1.0,
-    "direct_unfiltered": 1.0,
-    "radiance": 2.5,
-    "indirect": 5.0,
-    "indirect_unfiltered": 7.0,
-}
+PRIORS = {"direct": 1.0, "direct_unfiltered": 1.0, "radiance": 2.5, "indirect_unfiltered": 7.0}
 """The same for buffers whose noise lies in patches, as that of direct light in penumbrae, and for
 one in which rare photons of caustics count."""
 BLOCK_PRIOR = 1.0
