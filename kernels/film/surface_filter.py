@@ -59,7 +59,7 @@ class Compared(NamedTuple):
     footprint: Footprint  # which pixels show one surface
     pairs: np.ndarray  # (R, 2) int64, columns and lines from a pixel to one of a pair beside it
     strictness: np.ndarray  # (R, L) float32: times a difference's variance, the square to weigh 0
-    light: np.ndarray  # (K, P, 2 N, G) float32, mean in each group, and its variance by itself
+    light: np.ndarray  # (K, P, 2 N G) float32, mean in each group, and its variance by itself
     smooth: np.ndarray  # (K, P, L, G) float32, mean over bands, a patch and all groups but one
     noise: np.ndarray  # (K, P, L, G) float32, variance of that
 
@@ -126,8 +126,9 @@ def compare_pixels(moments, own, grouped, compared, light, span):
             part /= max(whole, TINY)
             for band in range(bands):  # its variance, times that in this group over that in all
                 r = moments.reflectance[pixel, band]
-                shown[pixel, band, group] = grouped.sums[group, pixel, band] / (passes * r)
-                shown[pixel, bands + band, group] = own.variance[pixel, band] * part
+                column = GROUPS * band + group
+                shown[pixel, column] = grouped.sums[group, pixel, band] / (passes * r)
+                shown[pixel, GROUPS * bands + column] = own.variance[pixel, band] * part
 
 
 @jit
@@ -218,32 +219,31 @@ def _weigh_all(compared, pixel, step, pair, own, weights):
 
 
 @vectorized
-def _add_pair(shown, light, pixel, step, weights, sums):
-    """Add what a pair has of a light, less the pixel's, and its variance to sums, (K, 2 N, G)."""
+def _add_pair(shown, light, pixel, step, factors, sums):
+    """Add what a pair has of a light, less the pixel's, and its variance to sums, (K, 2 N G).
+
+    Both times factors, (2, 2 N G): those of a pair, and of the pixel itself beside it.
+    """
     here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
-    bands = sums.shape[1] // 2
-    for band in range(bands):
-        for group in range(GROUPS):
-            pair = shown[light, ahead, band, group] + shown[light, behind, band, group]
-            sums[light, band, group] += weights[group] * (
-                pair - np.float32(2.0) * shown[light, here, band, group]
-            )
-    for row in range(bands, 2 * bands):
-        for group in range(GROUPS):
-            pair = shown[light, ahead, row, group] + shown[light, behind, row, group]
-            sums[light, row, group] += weights[group] * weights[group] * pair
+    for column in range(sums.shape[1]):
+        pair = shown[light, ahead, column] + shown[light, behind, column]
+        pair -= factors[1, column] * shown[light, here, column]
+        sums[light, column] += factors[0, column] * pair
 
 
 @kernel
-def filter_light(film, compared, parts, weights, sums, span, gain, variance):
+def filter_light(film, compared, parts, scratch, span, gain, variance):
     """Set what light gains in each group, (K, P, N, G), and the variance of its mean.
 
     (K, P, N), both float32, in a span of pixels. Gain is NaN where nothing changes. `parts`, (G,),
-    are those of the groups in the mean; weights, (3, G), and sums, (K, 2 N, G), float32, are
-    overwritten.
+    are those of the groups in the mean; scratch is overwritten: weights, (3, G), factors,
+    (2, 2 N G), and sums, (K, 2 N G), float32.
     """
     lights, _, bands, _ = gain.shape
-    allowed, own, totals = weights[0], weights[1], weights[2]
+    (allowed, own, totals), factors, sums = scratch
+    half = bands * GROUPS
+    for column in range(2 * half):
+        factors[1, column] = 2.0 if column < half else 0.0
     for pixel in range(span.first, span.last):
         gain[0, pixel, 0, 0] = np.nan
         if math.isnan(compared.noise[0, pixel, 0, 0]):
@@ -251,16 +251,19 @@ def filter_light(film, compared, parts, weights, sums, span, gain, variance):
         pairs = 0
         for group in range(GROUPS):
             totals[group] = 1.0
-            for light in range(lights):
-                for band in range(bands):
-                    row = bands + band
-                    sums[light, band, group] = 0.0
-                    sums[light, row, group] = compared.light[light, pixel, row, group]
+        for light in range(lights):
+            for column in range(half):
+                sums[light, column] = 0.0
+                sums[light, half + column] = compared.light[light, pixel, half + column]
         for pair in range(len(compared.pairs)):
             step = _step_of_pair(film, compared, pixel, pair)
             if step > 0 and _weigh_all(compared, pixel, step, pair, own, allowed) > 0.0:
+                for band in range(bands):
+                    for group in range(GROUPS):
+                        factors[0, GROUPS * band + group] = allowed[group]
+                        factors[0, half + GROUPS * band + group] = allowed[group] * allowed[group]
                 for light in range(lights):
-                    _add_pair(compared.light, light, pixel, step, allowed, sums)
+                    _add_pair(compared.light, light, pixel, step, factors, sums)
                 for group in range(GROUPS):
                     totals[group] += np.float32(2.0) * allowed[group]
                 pairs += 1
@@ -268,6 +271,7 @@ def filter_light(film, compared, parts, weights, sums, span, gain, variance):
             for band in range(bands):
                 after = 0.0
                 for group in range(GROUPS):
-                    gain[light, pixel, band, group] = sums[light, band, group] / totals[group]
-                    after += (parts[group] / totals[group]) ** 2 * sums[light, bands + band, group]
+                    column = GROUPS * band + group
+                    gain[light, pixel, band, group] = sums[light, column] / totals[group]
+                    after += (parts[group] / totals[group]) ** 2 * sums[light, half + column]
                 variance[light, pixel, band] = after

@@ -209,16 +209,15 @@ class SurfaceFilter:
         top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
         rows, strip = slice(top * film.width, end * film.width), film._replace(height=end - top)
         compared = self._compare(rows, strip, sizes)
-        lights, size, bands = compared.light.shape[:3]
-        gain = np.full((lights, size, bands // 2, GROUPS), np.nan, np.float32)
+        lights, size, columns = compared.light.shape
+        gain = np.full((lights, size, columns // (2 * GROUPS), GROUPS), np.nan, np.float32)
         variance, parts = np.zeros(gain.shape[:3], np.float32), sizes[0] / sizes[0].sum()
-        scratch = (np.empty(shape, np.float32) for shape in ((3, GROUPS), (lights, bands, GROUPS)))
+        shapes = (3, GROUPS), (2, columns), (lights, columns)
+        scratch = tuple(np.empty(shape, np.float32) for shape in shapes)
         inner = Span((first - top) * film.width, (last - top) * film.width)
-        filter_light(strip, compared, parts, *scratch, inner, gain, variance)
-        gain, variance, light = (
-            array[:, slice(*inner)]
-            for array in (gain, variance, compared.light[:, :, : bands // 2])
-        )
+        filter_light(strip, compared, parts, scratch, inner, gain, variance)
+        means = compared.light[:, :, : columns // 2].reshape(gain.shape)
+        gain, variance, light = (array[:, slice(*inner)] for array in (gain, variance, means))
         out.gain[:], own_rows = np.nan, slice(first * film.width, last * film.width)
         kept, gained = np.flatnonzero(~np.isnan(gain[0, :, 0, 0])), np.zeros((3, lights))
         reflectance = self._lights[0].moments.parts[0].reflectance[own_rows][kept]
@@ -245,7 +244,7 @@ class SurfaceFilter:
         compared = Compared(
             Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
             *self._pairs,
-            np.empty((lights, size, 2 * bands, GROUPS), np.float32),
+            np.empty((lights, size, 2 * bands * GROUPS), np.float32),
             *np.zeros((2, lights, size, len(PATCHES), GROUPS), np.float32),
         )
         for number, light in enumerate(self._lights):
