@@ -29,7 +29,7 @@ EVERY = 60.0
 """Seconds between saves, at least."""
 MOST_SHARE = 0.02
 """Of the time that saving may take."""
-MAGIC = b"photonmap checkpoint 2\n"
+MAGIC = b"photonmap checkpoint 3\n"
 _LENGTHS = struct.Struct("<QI")
 
 Arrays = dict[str, NDArray[Any]]
