@@ -391,14 +391,12 @@ def start_run(
     """
     integrator, hidden = _make_integrator(plan, settings, workers, shared)
     adapts = settings.adaptive and integrator.adapts
-    light_filter, filtered = (
-        None,
-        [name for name in FILTERED if not why_unfiltered(name, plan, settings)],
+    filtered = [name for name in FILTERED if why_unfiltered(name, plan, settings) is None]
+    light_filter = (
+        LightFilter(filtered, settings.film, workers, lambda: integrator.surfaces, plan.storage)
+        if filtered
+        else None
     )
-    if filtered:
-        light_filter = LightFilter(
-            filtered, settings.film, workers, lambda: integrator.surfaces, plan.storage
-        )
     parts = [
         _make_sums(plan, settings, workers, integrator, each, light_filter)
         for each in [mix.columns for mix in mixes] or [plan.columns]
@@ -465,12 +463,11 @@ def _make_sums(
 
 def why_unfiltered(name: str, plan: RenderPlan, settings: Settings) -> str | None:
     """Return why direct or indirect light is not filtered; None if it is."""
-    sharp = name == "direct" and not plan.effects.on("soft_shadows")
     cases = {
         "it was turned off": not settings.filter_light,
         "path tracing and renders without bias share nothing": settings.integrator != "photon",
         f"there is no {name} light": not plan.effects.on(name),
-        "all shadows are sharp": sharp,
+        "all shadows are sharp": name == "direct" and not plan.effects.on("soft_shadows"),
     }
     return next((why for why, is_so in cases.items() if is_so), None)
 
