@@ -32,7 +32,7 @@ Omission = Literal[
     "without mirrors, glass or rough surfaces",
     "without fluorescent surfaces",
     "where it is 0 everywhere",
-    "where it is not filtered",
+    "where light of this kind is not filtered",
 ]
 """When a buffer that was asked for is not written: reading it gives zeros, or what is filtered."""
 Scenes = Literal["all", "with gloss", "with gloss, mirrors or glass", "none"]
@@ -123,7 +123,7 @@ class Buffer:
         """What its values are where it is not written: those of a buffer, or "0"."""
         return (
             self.name.removesuffix("_unfiltered")
-            if self.omitted == "where it is not filtered"
+            if self.omitted == "where light of this kind is not filtered"
             else "0"
         )
 
@@ -157,7 +157,7 @@ TABLE = (
         "the mean of direct over passes, before it is averaged over pixels of a surface: merging "
         "takes it",
         "radiance", "passes", "mean",
-        has_error=True, per_light=True, omitted="where it is not filtered",
+        has_error=True, per_light=True, omitted="where light of this kind is not filtered",
     ),
     Buffer(
         "indirect",
@@ -169,7 +169,7 @@ TABLE = (
         "indirect_unfiltered",
         "the mean of indirect over passes, as direct_unfiltered",
         "radiance", "passes", "mean",
-        has_error=True, per_light=True, omitted="where it is not filtered",
+        has_error=True, per_light=True, omitted="where light of this kind is not filtered",
     ),
     Buffer(
         "caustics",

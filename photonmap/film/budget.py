@@ -95,7 +95,7 @@ DEFAULT_ERROR = 0.02
 LEAST_PASSES = 8
 """Before these, a spread over passes is too uncertain to stop on."""
 NEAR = 1.5
-"""Errors over the goal from which on direct light is filtered to see whether that meets it."""
+"""Errors over the goal from which on light is filtered to see whether that meets it."""
 MOST_PASSES = (1 << 32) - 1
 """That the counts of passes, 32 bits, can hold."""
 LEAST_PHOTONS = 1 << 14

@@ -26,7 +26,7 @@ OF_GROUPS = names_where(per_light=True)
 class LightGroups:
     """Takes in passes one by one, each with what `columns` carry.
 
-    They are filtered by `light_filter`, if it is given.
+    Light is filtered by `light_filter`, if it is given.
     """
 
     def __init__(

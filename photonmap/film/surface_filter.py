@@ -21,10 +21,11 @@ from photonmap.film.pooling import take_in
 from photonmap.film.replicates import replicate_size
 from photonmap.kernels.core.passes import Film, Span
 from photonmap.kernels.film.irradiance_sharing import Footprint
-from photonmap.kernels.film.moments import Moments, SpecularMoments, Weight
+from photonmap.kernels.film.moments import Weight
 from photonmap.kernels.film.surface_filter import (
     GROUPS,
     PATCHES,
+    TINY,
     Compared,
     Grouped,
     Own,
@@ -55,8 +56,8 @@ WINDOW = 11
 """Pixels across over which that of indirect light is averaged"""
 LINES, MARGIN = 24, RADIUS + PATCHES[-1]
 """Of the image that are filtered at a time, and around them that these need"""
-DARK, TINY = 0.1, 1e-30
-"""Of mean light, up to which it is taken to vary as that; and in place of no light at all"""
+DARK = 0.1
+"""Of mean light, below which variance is taken to be no less"""
 
 
 def group_of(index: int) -> int:
@@ -185,12 +186,9 @@ class SurfaceFilter:
             self._pool_around(filtered, DARK * light / self.pixels)
         return [Change(*pair) for pair in zip(filtered.gain, filtered.stated, strict=True)]
 
-    def _own(self, light: _Light, rows: slice = slice(None)) -> Own:
+    def _own(self, light: _Light, rows: slice) -> Own:
+        """Return this kind of one of the lights."""
         moments, specular = (_rows(part, rows) for part in light.moments.parts)
-        return self._own_of(moments, specular)
-
-    def _own_of(self, moments: Moments, specular: SpecularMoments | None) -> Own:
-        """Return this kind of light by its moments."""
         count, r = moments.counts[:, None].astype(np.float64), moments.reflectance
         norm = count * (count - 1.0) * np.where(r == 0.0, 1.0, r * r)
         beyond = None if specular is None else specular.residual_spread
@@ -225,8 +223,8 @@ class SurfaceFilter:
         for number, each in enumerate(self._lights):
             own, change = self._own(each, own_rows), gain[number, kept].astype(np.float64)
             value = own.mean[kept] / reflectance + change @ parts
-            gain_of_all = (reflectance * (change @ parts)).sum()
-            gained[:, number] = gain_of_all, own.mean.sum(), value.mean(axis=1).sum()
+            gained[0, number] = (reflectance * (change @ parts)).sum()
+            gained[1:, number] = own.mean.sum(), value.mean(axis=1).sum()
             if len(kept) == 0:
                 continue
             returned, share = give_back(change, own.variance[kept], value, parts, blocks)
@@ -291,7 +289,7 @@ class SurfaceFilter:
     def _pool_around(self, filtered: _Filtered, floors: NDArray[np.float64]) -> None:
         """State the variance that shows around pixels, but no less than if noise were their own.
 
-        It is taken to be proportional to light, less dark than `floors`, (K,).
+        It is taken to be proportional to light, or to `floors`, (K,), where that is darker.
         """
         film, half, size = self._film, WINDOW // 2, (WINDOW, WINDOW, 1)
 
