@@ -179,9 +179,10 @@ def test_a_goal_is_met_by_filtered_light(settings):
 )
 def test_what_is_not_filtered_says_why(settings, option):
     options = {**settings, "passes": 16, "size": 8, "filter_light": True, **option}
-    record = pm.render(**options).record["light_filter"]["direct"]
-    assert not record["on"]
-    assert record["why"]
+    made = pm.render(**options).record["light_filter"]
+    for kind in ("direct",) if "effects" in option else ("direct", "indirect"):
+        assert not made[kind]["on"]
+        assert made[kind]["why"]
 
 
 def test_runs_are_not_merged_without_their_plain_means(settings):
