@@ -392,11 +392,9 @@ def start_run(
     integrator, hidden = _make_integrator(plan, settings, workers, shared)
     adapts = settings.adaptive and integrator.adapts
     filtered = [name for name in FILTERED if why_unfiltered(name, plan, settings) is None]
-    light_filter = (
-        LightFilter(filtered, settings.film, workers, lambda: integrator.surfaces, plan.storage)
-        if filtered
-        else None
-    )
+    film, storage = settings.film, plan.storage
+    surfaces = (lambda: integrator.surfaces) if filtered else None
+    light_filter = LightFilter(filtered, film, workers, surfaces, storage) if surfaces else None
     parts = [
         _make_sums(plan, settings, workers, integrator, each, light_filter)
         for each in [mix.columns for mix in mixes] or [plan.columns]
@@ -408,7 +406,7 @@ def start_run(
         moments,
         settings.budget,
         probe,
-        AdaptiveSampling(settings.film, plan.columns, plan.storage) if adapts else None,
+        AdaptiveSampling(film, plan.columns, storage, surfaces) if adapts else None,
         settings.pass_samples,
         None if file is None else Checkpoint(file, plan.fingerprint),
         settings.resume,

@@ -22,6 +22,7 @@ from scipy.ndimage import uniform_filter
 from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.film.budget import ENOUGH_PHOTONS, LEAST_PASSES, LEAST_PHOTONS, Goal
 from photonmap.film.relative_error import relative_squares
+from photonmap.film.surface_filter import Surfaces
 from photonmap.integrators.sampling_plan import SAMPLES
 from photonmap.kernels.core.passes import (
     FLUORESCENT_DIRECT,
@@ -32,6 +33,7 @@ from photonmap.kernels.core.passes import (
     Film,
     SamplingPlan,
 )
+from photonmap.kernels.film.pixels import FLAT
 from photonmap.runtime.storage import RAM, Storage, strips
 
 WINDOWS = {4: 5, 8: 3}
@@ -45,6 +47,8 @@ GATHER_COST = 1.5
 """Time of a gather ray, with the paths that go on from it, over that of a light sample."""
 POWER = 1.5
 """Power with which variance falls as samples rise: by more than 1, as they are stratified."""
+LEFT = 0.3
+"""Of the variance of a flat pixel, where light is filtered: about what that leaves"""
 WORTH = 1.05
 """Factor by which the variance must fall for sampling to adapt."""
 STEPS = 16
@@ -52,11 +56,20 @@ STEPS = 16
 
 
 class AdaptiveSampling:
-    """Learns from the first passes where samples are needed."""
+    """Learns from the first passes where samples are needed.
 
-    def __init__(self, film: Film, columns: SpectralColumns, storage: Storage = RAM) -> None:
+    Where light is to be filtered, `surfaces` tells which pixels are flat: these need fewer.
+    """
+
+    def __init__(
+        self,
+        film: Film,
+        columns: SpectralColumns,
+        storage: Storage = RAM,
+        surfaces: Surfaces | None = None,
+    ) -> None:
         pixels = film.width * film.height
-        self._film, self._columns = film, columns
+        self._film, self._columns, self._surfaces = film, columns, surfaces
         self.moments = storage.zeros((2, 5, pixels))
         """Of either half, of means over bands: sums of radiance; direct and indirect light of the
         first pass of a pair; sums of squared differences of pairs, times the factor on samples"""
@@ -101,6 +114,8 @@ class AdaptiveSampling:
         for squares, target in zip(moments[3:], variance, strict=True):
             relative = relative_squares(squares, radiance, radiance.mean()).reshape(image)
             uniform_filter(relative, window, target.reshape(image), mode="nearest")
+        if self._surfaces is not None:
+            variance[:, self._surfaces()[:, FLAT] != 0.0] *= np.float32(LEFT)
         return variance
 
 
