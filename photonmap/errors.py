@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -88,21 +89,28 @@ class SceneWarning(UserWarning):
     """Something in the input that was corrected, ignored or not simulated."""
 
 
-_listeners: list[list[str]] = []
-_owners: list[str] = []
+class _Heard(threading.local):
+    """Who listens to the warnings of a thread, and what they are about."""
+
+    def __init__(self) -> None:
+        self.listeners: list[list[str]] = []
+        self.owners: list[str] = []
+
+
+_heard = _Heard()
 
 
 def warn(message: str) -> None:
     """Issue a `SceneWarning`, also to everyone who listens."""
     message = _one_line(message)
-    for messages in _listeners:
+    for messages in _heard.listeners:
         messages.append(message)
-    warnings.warn(": ".join([*_owners, message]), SceneWarning, stacklevel=_level_of_caller())
+    warnings.warn(": ".join([*_heard.owners, message]), SceneWarning, stacklevel=_level_of_caller())
 
 
 def repeat(messages: Iterable[str]) -> None:
     """Tell everyone who listens of warnings that were issued before, and are true again."""
-    for each in _listeners:
+    for each in _heard.listeners:
         each.extend(messages)
 
 
@@ -117,19 +125,20 @@ def _level_of_caller() -> int:
 @contextmanager
 def naming_in_warnings(owner: str) -> Iterator[None]:
     """Prefix the warnings of this context with the name of what they are about, but for records."""
-    _owners.append(visible(owner))
+    _heard.owners.append(visible(owner))
     try:
         yield
     finally:
-        _owners.pop()
+        _heard.owners.pop()
 
 
 @contextmanager
 def listening() -> Iterator[list[str]]:
     """Collect the messages of all warnings issued in this context, for the run record."""
     messages: list[str] = []
-    _listeners.append(messages)
+    _heard.listeners.append(messages)
     try:
         yield messages
     finally:
-        _listeners[:] = [other for other in _listeners if other is not messages]
+        others = [other for other in _heard.listeners if other is not messages]
+        _heard.listeners[:] = others

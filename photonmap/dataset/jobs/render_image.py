@@ -8,6 +8,7 @@ import shutil
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
@@ -116,19 +117,28 @@ def render_image(task: Task) -> dict[str, Any]:
     """
     if task.versions is not None:
         check_code(task.versions)
-    if not task.together:
-        with naming_in_warnings(task.job.name):
-            (entry,) = _render_images(task, [task.job]).values()
-        return entry
-    results, sets = _rendered_together(task)
-    for jobs in sets:
-        asked = [job.name for job in jobs if job in task.jobs]
-        try:
-            with naming_in_warnings(jobs[0].name):
-                results |= _render_images(task, jobs) if asked else {}
-        except (InputError, WriteError) as error:
-            results |= dict.fromkeys(asked, str(error))
-    return {job.name: results[job.name] for job in task.jobs}
+    with ThreadPoolExecutor(1) as writer:  # an image is written while the next one is rendered
+        if not task.together:
+            with naming_in_warnings(task.job.name):
+                (entry,) = _render_images(task, [task.job], writer).values()
+            return entry.result() if isinstance(entry, Future) else entry
+        results, sets = _rendered_together(task)
+        for jobs in sets:
+            asked = [job.name for job in jobs if job in task.jobs]
+            try:
+                with naming_in_warnings(jobs[0].name):
+                    results |= _render_images(task, jobs, writer) if asked else {}
+            except (InputError, WriteError) as error:
+                results |= dict.fromkeys(asked, str(error))
+        return {job.name: _found(results[job.name]) for job in task.jobs}
+
+
+def _found(result: Any) -> dict[str, Any] | str:
+    """Return the entry of an image or the reason why there is none, when it has been written."""
+    try:
+        return result.result() if isinstance(result, Future) else result
+    except (InputError, WriteError) as error:
+        return str(error)
 
 
 def _rendered_together(task: Task) -> tuple[dict[str, Any], list[list[Job]]]:
@@ -147,11 +157,8 @@ def _rendered_together(task: Task) -> tuple[dict[str, Any], list[list[Job]]]:
     return failures, [[jobs[number] for number in numbers] for numbers in sets]
 
 
-def _render_images(task: Task, jobs: Sequence[Job]) -> dict[str, Any]:
-    """Render jobs together, and write the images that are asked for; return their entries.
-
-    Of those rendered together, one that fails has the reason in place of an entry.
-    """
+def _render_images(task: Task, jobs: Sequence[Job], writer: ThreadPoolExecutor) -> dict[str, Any]:
+    """Render jobs together; return the entries of images that are asked for, or their futures."""
     data_set, start, used = Path(task.folder), time.perf_counter(), time.process_time()
     entries: dict[str, Any] = {
         job.name: read_entry(data_set / job.name) for job in jobs if job in task.jobs
@@ -179,14 +186,9 @@ def _render_images(task: Task, jobs: Sequence[Job]) -> dict[str, Any]:
             result.record["together"] = [
                 each.relative_to(data_set).described_light for each in jobs
             ]
-        if job.name not in entries:
-            continue
-        try:
-            entries[job.name] = _write(task, job, scene, result, shared)
-        except (InputError, WriteError) as error:
-            if not task.together:
-                raise
-            entries[job.name] = str(error)
+        if entries.get(job.name, True) is None:
+            wait(each for each in entries.values() if isinstance(each, Future))
+            entries[job.name] = writer.submit(_write, task, job, scene, result, shared)
     return entries
 
 
@@ -194,12 +196,12 @@ def _write(
     task: Task, job: Job, scene: Scene, result: Result, shared: dict[str, float]
 ) -> dict[str, Any]:
     """Write the folder of an image; return its entry, with the seconds of what was shared."""
-    data_set, start, used = Path(task.folder), time.perf_counter(), time.process_time()
+    data_set, start, used = Path(task.folder), time.perf_counter(), time.thread_time()
     if not result.radiance.any():
         raise InputError(f"{job.name} shows no light; choose another view, or other lights")
-    result = derived_buffers.with_derived(result, scene, pieces_in(job, scene))
-    rgb = derived_buffers.as_rgb(result, job.common.rgb)
-    with drafts_beside(data_set / job.name) as made:
+    with naming_in_warnings(job.name), drafts_beside(data_set / job.name) as made:
+        result = derived_buffers.with_derived(result, scene, pieces_in(job, scene))
+        rgb = derived_buffers.as_rgb(result, job.common.rgb)
         folder = made / job.name
         folder.mkdir()
         arrays = write_image(folder, result, rgb, task.formats, task.full, task.buffers)
@@ -215,7 +217,7 @@ def _write(
             **{name: shared[name] for name in ("build", "compile", "render")},
             "write": time.perf_counter() - start,
         }
-        entry["cpu_seconds"] = shared["cpu"] + time.process_time() - used
+        entry["cpu_seconds"] = shared["cpu"] + time.thread_time() - used
         write_json(entry, folder / ENTRY)
         _replace_folder(data_set / job.name, folder, made)
     return entry
