@@ -58,7 +58,7 @@ RENDER, STUDY, DATASET, INFO = "render", "study", "dataset", "info"
 
 GROUPS = {
     "image": None,
-    "budget": f"passes; or an error, seconds or both; --error {DEFAULT_ERROR} if none is given",
+    "budget": f"what comes first of those given ends a render; --error {DEFAULT_ERROR} if none is",
     "sampling": None,
     "resources": None,
     "files": None,
@@ -116,7 +116,7 @@ class Options:
         "stop at this relative error of radiance, bias included, as in 0.02; at this relative "
         "standard error, without bias, of another buffer, as in indirect:0.02; or at a "
         "percentile of that over pixels and bands, as in indirect:p95:0.02; "
-        f"gives up after {CEILING / 3600:g} hour, or the seconds given",
+        f"gives up after {CEILING / 3600:g} hour, or the passes or seconds given",
         group="budget", metavar="E", read=str, check=_check_error, commands=(RENDER, DATASET),
     )  # fmt: skip
     photons: int | None = option(

@@ -124,7 +124,7 @@ def usual_photons(pixels: int) -> int:
 
 @dataclass(frozen=True)
 class Budget:
-    """Passes; or seconds, an error to reach, or both: what comes first ends a render."""
+    """Passes, seconds, an error to reach, or several of them: what comes first ends a render."""
 
     passes: int | None = None
     seconds: float | None = None
@@ -139,7 +139,7 @@ class Budget:
     ) -> Budget:
         """Check a user's choice; none at all is the default error.
 
-        One that is not positive and finite, or passes beside another one, is an `InputError`.
+        One that is not positive and finite is an `InputError`.
         """
         for name, value in (("passes", passes), ("seconds", seconds)):
             is_number = isinstance(value, Real) and 0.0 < value <= sys.float_info.max
@@ -148,14 +148,9 @@ class Budget:
         if passes is not None and not (passes == int(passes) and passes <= MOST_PASSES):
             raise InputError(f"passes {shown(passes)} must be a whole number up to {MOST_PASSES}")
         goal = None if error is None else Goal.parse(error)
-        given = {"passes": passes, "seconds": seconds, "error": goal}
-        names = [name for name, value in given.items() if value is not None]
-        if len(names) > 1 and passes is not None:
-            raise InputError(
-                f"{' and '.join(names)} do not go together: give passes alone, or seconds, an "
-                f"error or both"
-            )
-        return cls(passes, seconds, goal if names else Goal(DEFAULT_ERROR))
+        if passes is seconds is goal is None:
+            goal = Goal(DEFAULT_ERROR)
+        return cls(passes, seconds, goal)
 
     def describe(self) -> dict[str, Any]:
         """Return the JSON-able record: what was given, by name."""
@@ -168,7 +163,7 @@ class Budget:
     @property
     def ceiling(self) -> float:
         """Seconds after which no further pass begins."""
-        return math.inf if self.passes else (self.seconds or CEILING)
+        return self.seconds or (math.inf if self.passes else CEILING)
 
     def is_near(self, error: float) -> bool:
         """Return whether an error exceeds the goal by so little that filtering may meet it."""
@@ -187,7 +182,6 @@ class Budget:
 
         No pass begins that would, at the pace so far, end after the time is up.
         """
-        if self.passes is not None:
-            return count >= self.passes
-        late = count > 0 and elapsed * (count + 1) / count > self.ceiling
-        return late or self.is_reached(count, error)
+        is_last = self.passes is not None and count >= self.passes
+        is_late = count > 0 and elapsed * (count + 1) / count > self.ceiling
+        return is_last or is_late or self.is_reached(count, error)

@@ -37,6 +37,8 @@ class Forecast:
         """
         pace = (elapsed - self._elapsed - setup) / (count - self._count)
         needed = self.passes_needed(count, error)
+        if self._budget.passes is not None:
+            needed = min(needed, self._budget.passes)
         total = math.inf
         if math.isfinite(needed):
             total = elapsed + max(needed - count, 0.0) * pace
@@ -54,13 +56,11 @@ class Forecast:
         return max(math.floor(self._budget.ceiling / pace) * pace, elapsed)
 
     def passes_needed(self, count: int, error: float) -> float:
-        """Return how many passes meet the budget, by the error after `count`; else infinite."""
-        budget = self._budget
-        if budget.passes is not None:
-            return budget.passes
-        if budget.goal is None or not math.isfinite(error):
+        """Return how many passes meet the goal, by the error after `count`; else infinite."""
+        goal = self._budget.goal
+        if goal is None or not math.isfinite(error):
             return math.inf
-        needed = count * (error / budget.goal.limit) ** 2 / self._noise(count)
+        needed = count * (error / goal.limit) ** 2 / self._noise(count)
         return max(self._solve(needed), LEAST_PASSES)
 
     def _solve(self, needed: float) -> float:

@@ -8,7 +8,8 @@ mean and spread stay honest.
 
 **How many.** A render needs `LEAST_PASSES` before it can trust its own error. Where that many full
 passes would be more work than the goal needs, passes take a half of the samples or less. The first
-ones, of an eighth, tell; if these turn out too small, they are discarded.
+ones, of an eighth, tell; if these turn out too small, they are discarded, but for where they say
+that samples are needed.
 """
 
 from __future__ import annotations
@@ -95,6 +96,17 @@ class AdaptiveSampling:
             for half in range(2):
                 variance = self._variance(self.moments[1 - half], WINDOWS[passes])
                 self.sample_scales[half] = _decide(variance, cost)
+
+    def begin_again(self, estimate: Estimate, plan: SamplingPlan) -> None:
+        """Forget the pilot passes, of which an estimate was the last, but decide by them at first.
+
+        They are two: one of each half.
+        """
+        one, two = self.moments
+        pilot = np.concatenate([one[:1] + two[:1], one[1:3], (one[1:3] - two[1:3]) ** 2])
+        variance = self._variance(pilot, max(WINDOWS.values()))
+        self.sample_scales[:] = _decide(variance, _costs(plan, estimate.pixels.coverage))
+        self.moments[:] = 0.0
 
     def _light(self, estimate: Estimate, part: slice) -> NDArray[np.float32]:
         """Return the means over bands of direct and indirect light, (2, P); not of caustics."""

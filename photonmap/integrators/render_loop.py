@@ -22,6 +22,7 @@ from photonmap.integrators.adaptive_sampling import (
     first_size,
 )
 from photonmap.integrators.base import Integrator
+from photonmap.kernels.core.passes import Estimate
 from photonmap.runtime.checkpoint import Checkpoint
 from photonmap.runtime.progress import Progress
 
@@ -139,8 +140,9 @@ class RenderLoop:
         if goal is None or self.interrupted:
             return
         if not self._budget.is_reached(whole.count, self.error()):
-            ceiling = self._budget.ceiling
-            warn(f"stopped after {ceiling:.6g} s, before the error {goal} was reached")
+            passes, ceiling = self._budget.passes, self._budget.ceiling
+            when = f"pass {passes}" if self._moments.passes == passes else f"{ceiling:.6g} s"
+            warn(f"stopped after {when}, before the error {goal} was reached")
         elif not (whole.shows_nothing() or whole.states_error(self._integrator.stores_photons)):
             warn(
                 f"there is no error {goal} to reach: every pixel is unresolved, or shows an "
@@ -214,12 +216,15 @@ class RenderLoop:
                 passes, error, elapsed / total, elapsed, integrator.counters.rays / elapsed
             )
             if passes == PILOT_PASSES and not self._settled:
-                self._settle(error)
+                self._settle(error, estimate)
             if self._checkpoint is not None:
                 self._checkpoint.save_if_due(self._arrays, self._state())
 
-    def _settle(self, error: float) -> None:
-        """Choose the size of passes by the error of the first ones; begin again if it changes."""
+    def _settle(self, error: float, estimate: Estimate) -> None:
+        """Choose the size of passes by the error of the first ones; begin again if it changes.
+
+        `estimate` is that of the last one.
+        """
         expected = error * EXPECTED if self._moments.filters else error
         needed = self._forecast.passes_needed(self._moments.passes, expected)
         size = choose_size(needed, self._integrator.many_lights)
@@ -228,10 +233,10 @@ class RenderLoop:
             return
         self._adding = True
         self._moments.clear()
-        if self._adaptive is not None:
-            self._adaptive.moments[:] = 0.0
         self.pass_samples = size
         self._integrator.resize_passes(size)
+        if self._adaptive is not None:
+            self._adaptive.begin_again(estimate, self._integrator.plan)
         self._forecast.restart(self.elapsed - self._integrator.setup_seconds)
         self._adding = False
 

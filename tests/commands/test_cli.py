@@ -133,10 +133,6 @@ BAD = {
     "no name": ([""], "is a folder"),
     "info of a folder": (["info", "."], "is a folder"),
     "conversion of a folder": (["convert", ".", "x.obj"], "is a folder"),
-    "two budgets": (
-        ["ok.obj", "--passes", "3", "--seconds", "1"],
-        "passes and seconds do not go together",
-    ),
     "wrong error": (["ok.obj", "--error", "indirect:95:0.01"], "'95' is not a percentile"),
     "error of no buffer": (["ok.obj", "--error", "depth:0.01"], "'depth:0.01'"),
     "checkpoint in nowhere": (["ok.obj", "--checkpoint", "ok.obj/such"], "Not a directory"),

@@ -240,7 +240,7 @@ def test_verify_finds_what_is_wrong(copied, capsys):
     assert f"{images[1].name}: other files are left alone: .DS_Store" in captured.out
     assert images[1].name not in printed
     assert notes.exists()
-    assert f"{images[2].name}: rendered again, these buffers differ: " in printed
+    assert f"{images[2].name}: rendered again, its error is reached after " in printed
     assert f"{images[3].name}: is missing" in printed
 
 

@@ -23,15 +23,15 @@ def test_seconds_begin_no_pass_that_would_end_late():
     assert budget.is_spent(4, math.inf, 8.1)
 
 
-def test_an_error_and_seconds_end_at_what_comes_first():
+def test_a_budget_ends_at_what_comes_first():
     budget = Budget.choose(error=0.1, seconds=10.0)
     assert budget.is_spent(LEAST_PASSES, 0.1, 1.0)
     assert not budget.is_spent(LEAST_PASSES, 0.11, 1.0)
     assert budget.is_spent(4, math.inf, 8.1)
     assert budget.describe() == {"error": 0.1, "seconds": 10.0}
-    for other in ({"error": 0.1}, {"seconds": 1.0}):
-        with pytest.raises(InputError, match=r"together: give .* seconds, an error or both"):
-            Budget.choose(passes=3, **other)
+    passes = Budget.choose(error=0.1, passes=12)
+    assert [passes.is_spent(count, 0.11, 1e9) for count in (11, 12)] == [False, True]
+    assert passes.is_spent(LEAST_PASSES, 0.1, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,6 @@ def test_bad_goals_are_told_in_one_line(text, named):
 @pytest.mark.parametrize(
     "choice",
     [
-        {"passes": 1, "seconds": 1.0},
         {"error": 0.0},
         {"error": "x"},
         {"seconds": math.nan},

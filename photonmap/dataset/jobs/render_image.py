@@ -228,18 +228,17 @@ def render_jobs(
     scenes: Sequence[Scene],
     threads: int | None = None,
     passes: int | None = None,
-    pass_samples: float | None = None,
     seconds: float | None = None,
     buffers: Sequence[str] | None = None,
 ) -> Iterator[Result]:
-    """Render the scenes of jobs: until their errors are reached or the time is up; or some passes.
+    """Render the scenes of jobs: until their errors are reached, or the passes or time are up.
 
     Several jobs differ in the light alone, and are rendered together.
 
     Parameters
     ----------
-    passes, pass_samples : how many passes, and their size, in place of the error
-    seconds : of rendering; None for the usual
+    passes : the most of them; None for any number
+    seconds : of rendering; None for the usual, or as many as the passes take
     buffers : names of those that files are to hold; None for all
     """
     from photonmap.render import render_scene
@@ -248,9 +247,7 @@ def render_jobs(
 
     job = jobs[0]
     options = {name: getattr(job.common, name) for name in taken_by(DATASET)}
-    options |= {"seconds": seconds, "buffers": rendered_for(buffers)}
-    if passes is not None:
-        options |= {"passes": passes, "pass_samples": pass_samples, "error": None}
+    options |= {"passes": passes, "seconds": seconds, "buffers": rendered_for(buffers)}
     options |= {"seed": job.render_seed, "per_light": True, "progress": SpokenStages()}
     given = Options(**options, threads=threads)
     with warnings.catch_warnings():  # of each image alike: its record says so

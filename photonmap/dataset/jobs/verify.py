@@ -162,10 +162,8 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
         told = [{**entry["job"], **light} for light in entry.get("together") or [{}]]
         jobs = [find(Job.from_description(each)) for each in told]
         select_measured_sets(jobs[0])
-        passes = {"passes": entry["passes"], "pass_samples": entry.get("pass_samples")}
-        results = render_jobs(
-            jobs, [make_scene(job) for job in jobs], **passes, buffers=image.chosen
-        )
+        scenes, passes = [make_scene(job) for job in jobs], entry["passes"]
+        results = render_jobs(jobs, scenes, passes=passes, buffers=image.chosen)
         number = [job.illumination for job in jobs].index(entry["job"]["illumination"])
         again = next(islice(results, number, None))
         before = image.result
@@ -183,7 +181,9 @@ def _render_again(image: Image, log: Log, find: Find) -> Iterator[str]:
     again = again if is_full(image) else as_lean(again, like=image.halves)[0]
     there = before.arrays
     differ = [n for n, found in again.arrays.items() if not _equal(there.get(n), found)]
-    if differ:
+    if (count := again.record["passes"]) != passes:
+        yield f"rendered again, its error is reached after {count} passes, not {passes}"
+    elif differ:
         yield f"rendered again, these buffers differ: {', '.join(differ)}"
     else:
         log(f"{image.name}: rendered again, identical bit for bit")
