@@ -37,6 +37,11 @@ class Blocks:
         return np.asarray(np.add.reduceat(image[self._order], self._starts, axis=0)[self._places])
 
 
+def mean_of_groups(image: Image, parts: Image) -> Image:
+    """Return the mean over groups of passes, (n, N, G), which have these parts of it, (G,)."""
+    return np.asarray((image.reshape(-1, len(parts)) @ parts).reshape(image.shape[:-1]))
+
+
 def give_back(
     gain: Image, variance: Image, light: Image, parts: Image, blocks: Blocks
 ) -> tuple[Image, Image]:
@@ -53,7 +58,7 @@ def give_back(
         each / np.maximum(sums(each), np.finfo(np.float64).tiny)
         for each in (variance.mean(axis=1), light.mean(axis=1))
     )
-    is_more = (share[:, None] * (returned @ parts) > light).any(axis=1)
+    is_more = (share[:, None] * mean_of_groups(returned, parts) > light).any(axis=1)
     share = np.where(sums(is_more.astype(np.float64)) > 0.0, by_light, share)
     gain -= share[:, None, None] * returned
     return sums(variance), share

@@ -17,8 +17,9 @@ FILTERED = "direct", "indirect"
 """Buffers that are filtered."""
 LEAST_PASSES = 8
 """Of a render that is filtered: two in each group."""
-EXPECTED = 0.78
-"""By how much an error is taken to fall when passes are planned: it was 0.63 to 0.81 in rooms."""
+EXPECTED = 0.72
+"""By how much an error is taken to fall when passes are planned, as samples then go where it is,
+too: by filtering alone it was 0.63 to 0.81 in rooms."""
 
 
 class LightFilter:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from photonmap.film.give_back import Blocks, give_back
+from photonmap.film.give_back import Blocks, give_back, mean_of_groups
 from photonmap.film.moments import RANGE, Accumulator, Change
 from photonmap.film.pooling import take_in
 from photonmap.film.replicates import replicate_size
@@ -215,24 +215,35 @@ class SurfaceFilter:
         inner = Span((first - top) * film.width, (last - top) * film.width)
         filter_light(strip, compared, parts, scratch, inner, gain, variance)
         means = compared.light[:, :, : columns // 2].reshape(gain.shape)
-        gain, variance, light = (array[:, slice(*inner)] for array in (gain, variance, means))
-        out.gain[:], own_rows = np.nan, slice(first * film.width, last * film.width)
-        kept, gained = np.flatnonzero(~np.isnan(gain[0, :, 0, 0])), np.zeros((3, lights))
-        reflectance = self._lights[0].moments.parts[0].reflectance[own_rows][kept]
-        blocks = Blocks(kept, reflectance, film.width)
+        lines = slice(first * film.width, last * film.width)
+        gain, variance, means = (array[:, slice(*inner)] for array in (gain, variance, means))
+        return self._return_gain(lines, parts, gain, variance, means, out)
+
+    def _return_gain(
+        self, lines: slice, parts: Any, gain: Array, variance: Array, means: Array, out: _Filtered
+    ) -> NDArray[np.float64]:
+        """Fill some lines, but for what blocks gain, which they return; see `_filter_lines`.
+
+        Of `means` in groups, which have these `parts`, there are gain, (K, P, N, G), and variance.
+        """
+        kept, gained = np.flatnonzero(~np.isnan(gain[0, :, 0, 0])), np.zeros((3, len(gain)))
+        reflectance = self._lights[0].moments.parts[0].reflectance[lines][kept]
+        blocks = Blocks(kept, reflectance, self._film.width)
+        out.gain[:] = np.nan
         for number, each in enumerate(self._lights):
-            own, change = self._own(each, own_rows), gain[number, kept].astype(np.float64)
-            value = own.mean[kept] / reflectance + change @ parts
-            gained[0, number] = (reflectance * (change @ parts)).sum()
-            gained[1:, number] = own.mean.sum(), value.mean(axis=1).sum()
+            own, change = self._own(each, lines), gain[number, kept].astype(np.float64)
+            before = mean_of_groups(change, parts)
+            value = own.mean[kept] / reflectance + before
+            summed = reflectance * before, own.mean, value.mean(axis=1)
+            gained[:, number] = [image.sum() for image in summed]
             if len(kept) == 0:
                 continue
             returned, share = give_back(change, own.variance[kept], value, parts, blocks)
-            out.gain[number, kept] = change @ parts
+            out.gain[number, kept] = mean_of_groups(change, parts)
             out.stated[number, kept] = variance[number, kept] + share[:, None] ** 2 * returned
-            off = light[number, kept] + change
-            off -= (off @ parts)[..., None]
-            out.between[number, kept] = off**2 @ parts / (GROUPS - 1)
+            change += means[number, kept]
+            change -= mean_of_groups(change, parts)[..., None]
+            out.between[number, kept] = mean_of_groups(change**2, parts) / (GROUPS - 1)
         return gained
 
     def _compare(self, rows: slice, strip: Film, sizes: NDArray[np.float64]) -> Compared:
