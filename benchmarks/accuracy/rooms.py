@@ -30,6 +30,8 @@ from photonmap.film.relative_error import relative_squares, valid_pixels
 
 FEW = ((1, 0.125), (1, 0.25), (2, 0.25), (1, 1.0), (2, 1.0), (8, 0.25), (4, 1.0), (8, 0.5))
 """Passes and `pass_samples` of the first renders, which are compared with the longest one;"""
+AIMED = math.sqrt(LEVELS[1])
+"""the error that another one aims at, which chooses both;"""
 SOME = 16
 """of the next, whose own errors count,"""
 LONGEST = 60.0
@@ -252,6 +254,7 @@ def measure_photons(scene: pm.Scene, settings: Settings) -> Ours:
         _render(scene, passes=passes, pass_samples=size, seed=seed, **settings)
         for seed, (passes, size) in enumerate(FEW)
     ]
+    few.append(_render(scene, error=AIMED, seed=len(FEW) + 2, **settings))
     some, spent = _render(scene, passes=SOME, seed=8, **settings)
     points = [(spent, some.record["error"] ** 2)]
     needed = SOME * max(1.3 * points[0][1] / LEVELS[-1], 2.0)
