@@ -13,13 +13,16 @@ from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.integrators.adaptive_sampling import (
     LEAST,
     MOST,
+    PILOT_PASSES,
     WINDOWS,
     AdaptiveSampling,
     _share_out,
     scale_plan,
 )
 from photonmap.kernels.core.passes import Estimate, Film, SamplingPlan
+from photonmap.kernels.film.pixels import FLAT
 
+EIGHT = max(WINDOWS)
 OPTIONS = {"bands": "rgb", "size": (48, 48)}
 
 
@@ -72,18 +75,24 @@ def test_a_resumed_render_goes_on_as_it_was_focused(ball, tmp_path):
         np.testing.assert_array_equal(parts.buffers[name], image)
 
 
-def learn(spread, size=16):
-    """What is learnt from passes whose direct and indirect light have these spreads, (2, P)."""
+def learn(spread, size=16, passes=EIGHT, surfaces=None):
+    """What is learnt from passes whose direct and indirect light have these spreads, (2, P).
+
+    If they are trial passes, by what is begun again.
+    """
     random, pixels = np.random.default_rng(5), size * size
     film, columns = Film(size, size, True), SpectralColumns(np.zeros(1, np.intp))
     plan = SamplingPlan(*np.full((3, pixels), 8, np.uint8), np.ones(pixels, np.float32))
-    adaptive = AdaptiveSampling(film, columns)
-    for index in range(max(WINDOWS)):
+    adaptive = AdaptiveSampling(film, columns, surfaces=surfaces)
+    for index in range(passes):
         estimate = Estimate(empty_pixels(pixels, 1), None)
         estimate.pixels.coverage[:] = 1.0
         light = 10.0 + spread * random.standard_normal((2, pixels))
         estimate.pixels.direct[:, 0], estimate.pixels.indirect[:, 0] = light
         adaptive.learn(index, estimate, plan)
+    if passes == PILOT_PASSES:
+        adaptive.begin_again(estimate, plan)
+        assert not adaptive.moments.any()
     return plan, adaptive.sample_scales
 
 
@@ -103,6 +112,23 @@ def test_light_samples_and_gather_rays_are_decided_on_apart():
         scaled = scale_plan(plan, half, spreads=True)
         for scale, counts in zip(half, (scaled.lights, scaled.gathers), strict=True):
             np.testing.assert_array_equal(scaled.samples.astype(int) * counts, 64 * 2.0**scale)
+
+
+def test_trial_passes_decide_for_both_halves():
+    left = np.arange(256) % 16 < 8
+    _, (one, two) = learn(np.where(left, 4.0, 0.1) * np.ones((2, 1)), passes=PILOT_PASSES)
+    np.testing.assert_array_equal(one, two)
+    far = np.abs(np.arange(256) % 16 - 7.5) > 3.0
+    assert one[:, left & far].mean() > 0.3
+    assert (one[:, ~left & far] == LEAST).all()
+
+
+def test_flat_pixels_need_less_where_light_is_filtered():
+    plane = np.zeros((256, 7), np.float32)
+    plane[:, FLAT] = left = np.arange(256) % 16 < 8
+    scales = learn(np.full((2, 256), 0.3), surfaces=lambda: plane)[1]
+    assert scales[..., left].mean() < -0.3
+    assert scales[..., ~left].mean() > 0.3
 
 
 def test_scales_cost_no_more_than_before():
