@@ -95,6 +95,7 @@ class _Heard(threading.local):
     def __init__(self) -> None:
         self.listeners: list[list[str]] = []
         self.owners: list[str] = []
+        self.issues = True
 
 
 _heard = _Heard()
@@ -105,7 +106,9 @@ def warn(message: str) -> None:
     message = _one_line(message)
     for messages in _heard.listeners:
         messages.append(message)
-    warnings.warn(": ".join([*_heard.owners, message]), SceneWarning, stacklevel=_level_of_caller())
+    if _heard.issues:
+        text = ": ".join([*_heard.owners, message])
+        warnings.warn(text, SceneWarning, stacklevel=_level_of_caller())
 
 
 def repeat(messages: Iterable[str]) -> None:
@@ -130,6 +133,16 @@ def naming_in_warnings(owner: str) -> Iterator[None]:
         yield
     finally:
         _heard.owners.pop()
+
+
+@contextmanager
+def only_heard() -> Iterator[None]:
+    """Issue no warning of this context; only who listens hears them."""
+    before, _heard.issues = _heard.issues, False
+    try:
+        yield
+    finally:
+        _heard.issues = before
 
 
 @contextmanager

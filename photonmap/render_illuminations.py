@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -13,7 +12,7 @@ from photonmap.compile.effects import Effect
 from photonmap.compile.illuminations import combine
 from photonmap.compile.scene_arrays import CompiledScene, compile_arrays
 from photonmap.compile.spectral_columns import SpectralColumns
-from photonmap.errors import InputError, SceneWarning, listening
+from photonmap.errors import InputError, listening, only_heard
 from photonmap.film.illuminations import Mix
 from photonmap.integrators.shared_work import SharedScene
 from photonmap.render import (
@@ -53,7 +52,7 @@ def render_illuminations(scenes: Sequence[Scene], options: Options) -> Iterator[
     if union is None or settings.checkpoint is not None:
         raise InputError("scenes differ in more than the spectra of lights, or have a checkpoint")
     with Workers(settings.threads) as workers, closing(shown_progress(options, settings)):
-        with warnings.catch_warnings(action="ignore", category=SceneWarning):  # those of `scenes`
+        with only_heard():  # those of `scenes`
             split = replace(settings, per_light=True)
             plan = compile_and_plan(union.scene, split, None, len(scenes))
         plans = [_plan_part(scene, settings, plan) for scene in scenes]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from photonmap.commands import shared
-from photonmap.errors import InputError, SceneWarning
+from photonmap.errors import InputError, only_heard
 from photonmap.settings import INFO
 
 if TYPE_CHECKING:
@@ -51,8 +50,7 @@ def _write_thumbnail(scene: Scene, path: Path) -> None:
     from photonmap.render import render
     from photonmap.runtime.writing import replacing
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # they are in the description
+    with only_heard():  # they are in the description
         result = render(scene, bands="rgb", buffers={"radiance", "emission"}, **_THUMBNAIL)
     data = encode_png(result.preview())
     with replacing(path, len(data)) as draft:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Container
 from dataclasses import replace
 from typing import Any
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from photonmap.buffers import DEFAULT
 from photonmap.compile.scene_arrays import compile_scene
-from photonmap.errors import SceneWarning
+from photonmap.errors import only_heard
 from photonmap.integrators.first_hits import first_hit_buffers
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.geometry.embree import EmbreeScene
@@ -31,8 +30,7 @@ class Onlooker:
     """
 
     def __init__(self, scene: Scene, threads: int | None = None) -> None:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SceneWarning)
+        with only_heard():
             self._compiled = compile_scene(scene, Bands.parse(1))
         self._threads = threads
 

@@ -6,7 +6,6 @@ import hashlib
 import json
 import os
 import shutil
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
@@ -26,7 +25,7 @@ from photonmap.dataset.scenes.recolor import light_groups, recolor, relight
 from photonmap.dataset.scenes.unlit_scene import UnlitScene
 from photonmap.dataset.scenes.view_search import find_camera
 from photonmap.dataset.scenes.views import View
-from photonmap.errors import InputError, SceneWarning, naming
+from photonmap.errors import InputError, naming, only_heard
 from photonmap.io.readers.scene_file import load_scene
 from photonmap.results.record import describe_measured_sets
 from photonmap.runtime.writing import replacing
@@ -60,8 +59,7 @@ def _light(job: Job) -> Scene:
     if job.is_procedural:
         looks = job.common.materials, job.common.lightness, job.common.scale
         return _build(job.scene, job.seed, looks, job.common.munsell).lit(illumination)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # `read_user_scenes` has issued them
+    with only_heard():  # `read_user_scenes` has issued them
         scene = _load(job.scene)
     if _digest(scene) != job.content:
         raise InputError("has changed since the data set was begun; restore it", job.scene)
