@@ -3,7 +3,7 @@
 Passes form groups. How far the light of two pixels on opposite sides is from that between them is
 seen in all groups but one, by single pixels and over patches; the light of that one is averaged by
 what follows. So weights are independent of the noise that they average, and of its variance, which
-is that within the group. A pair cancels what changes linearly.
+is that within the group, unless a group is a single value. A pair cancels what changes linearly.
 
 Where light is split by light group, or there are several illuminations, all these lights are
 averaged by the same weights, which each of them allows.
@@ -107,6 +107,10 @@ def compare_pixels(moments, own, grouped, compared, light, span):
     """Fill what pixels of a span have of one of the lights, its variance, and what they compare."""
     bands, all_noise = own.mean.shape[1], compared.noise[0]
     shown, smooth, noise = compared.light[light], compared.smooth[light], compared.noise[light]
+    total, least = 0.0, math.inf
+    for group in range(GROUPS):
+        total += grouped.passes[group]
+        least = min(least, grouped.values[group])
     for pixel in range(span.first, span.last):
         if not _is_uniform(moments, own.beyond, compared.footprint.plane, pixel):
             all_noise[pixel, 0, 0] = np.nan
@@ -122,8 +126,11 @@ def compare_pixels(moments, own, grouped, compared, light, span):
             smooth[pixel, 0, group] = factor * others
             noise[pixel, 0, group] = factor * factor * variance
             passes = grouped.passes[group]
-            part = grouped.spread[group, pixel] / ((grouped.values[group] - 1.0) * passes)
-            part /= max(whole, TINY)
+            if least > 1.0:
+                part = grouped.spread[group, pixel] / ((grouped.values[group] - 1.0) * passes)
+                part /= max(whole, TINY)
+            else:  # one value alone shows no variance
+                part = total / passes
             for band in range(bands):  # its variance, times that in this group over that in all
                 r = moments.reflectance[pixel, band]
                 column = GROUPS * band + group

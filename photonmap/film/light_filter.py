@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from photonmap.film.moments import Accumulator
 from photonmap.film.surface_filter import SurfaceFilter, Surfaces
 from photonmap.kernels.core.passes import Film, Pixels
+from photonmap.kernels.film.surface_filter import GROUPS
 from photonmap.runtime.storage import RAM, Storage
 from photonmap.runtime.workers import Workers
 
 FILTERED = "direct", "indirect"
 """Buffers that are filtered."""
-LEAST_PASSES = 8
-"""Of a render that is filtered: two in each group."""
+LEAST_PASSES = GROUPS
+"""Of a render that is filtered: one in each group."""
 EXPECTED = 0.72
 """By how much an error is taken to fall when passes are planned, as samples then go where it is,
 too: by filtering alone it was 0.63 to 0.81 in rooms."""

@@ -10,9 +10,9 @@ from typing import Any
 
 from photonmap.errors import warn
 from photonmap.film.bias import BiasProbe
-from photonmap.film.budget import NEAR, Budget
+from photonmap.film.budget import LEAST_PASSES, NEAR, Budget
 from photonmap.film.forecast import Forecast
-from photonmap.film.light_filter import EXPECTED, LEAST_PASSES
+from photonmap.film.light_filter import EXPECTED
 from photonmap.film.light_groups import LightGroups
 from photonmap.film.moments import Accumulator
 from photonmap.integrators.adaptive_sampling import (

@@ -17,7 +17,7 @@ from photonmap.runtime.workers import Workers
 SIDE, PASSES = 64, 16
 
 
-def filtered(*lights, rng, kind="direct", reflectance=0.5):
+def filtered(*lights, rng, kind="direct", reflectance=0.5, passes=PASSES):
     """Moments of a flat surface under some lights: before and after, the whole and each light.
 
     Of each, what reaches pixels, (P, N), and the noise of a pass.
@@ -33,7 +33,7 @@ def filtered(*lights, rng, kind="direct", reflectance=0.5):
         moments = [Accumulator(size, bands, workers) for _ in range(count)]
         kept = LightFilter([kind], Film(SIDE, SIDE, True), workers, lambda: plane)
         kept.follow(moments)
-        for index in range(PASSES):
+        for index in range(passes):
             groups = [reflectance * (light + noise(rng, (size, 1))) for light, noise in lights]
             for light, own in enumerate([sum(groups), *groups][:count]):
                 pixels = Pixels(
@@ -55,18 +55,18 @@ def rare(rng, shape):
     return 0.7 * (rng.random(shape) < 0.125) - 0.0875
 
 
-@pytest.mark.parametrize("noise", [normal, rare])
-def test_even_light_has_less_noise_as_errors_state(noise):
+@pytest.mark.parametrize(("noise", "passes"), [(normal, PASSES), (normal, 4), (rare, PASSES)])
+def test_even_light_has_less_noise_as_errors_state(noise, passes):
     light = np.ones((SIDE * SIDE, 2)) * [1.0, 2.0]
-    (before,), (after,) = filtered((light, noise), rng=np.random.default_rng(1))
+    (before,), (after,) = filtered((light, noise), rng=np.random.default_rng(1), passes=passes)
     off = after.value - 0.5 * light
-    assert (off**2).mean() < 0.1 * ((before.value - 0.5 * light) ** 2).mean()
+    assert (off**2).mean() < 0.11 * ((before.value - 0.5 * light) ** 2).mean()
     assert 0.85 < (off**2).mean() / (after.error**2).mean() < 1.15
     assert 0.93 < (np.abs(off) < 1.96 * after.error).mean() < 0.98
 
 
-@pytest.mark.parametrize("across", [3, 7])
-def test_errors_hold_where_neighbours_share_noise(across):
+@pytest.mark.parametrize(("across", "passes"), [(3, PASSES), (3, 4), (7, PASSES)])
+def test_errors_hold_where_neighbours_share_noise(across, passes):
     """As those of indirect light do."""
     even = np.ones((SIDE * SIDE, 1))
 
@@ -74,11 +74,13 @@ def test_errors_hold_where_neighbours_share_noise(across):
         noise = rng.standard_normal((SIDE, SIDE))
         return 0.1 * across * uniform_filter(noise, across, mode="wrap").reshape(shape)
 
-    (before,), (after,) = filtered((even, shared), rng=np.random.default_rng(4), kind="indirect")
+    rng = np.random.default_rng(4)
+    (before,), (after,) = filtered((even, shared), rng=rng, kind="indirect", passes=passes)
     off = after.value - 0.5 * even
     assert (off**2).mean() < 0.9 * ((before.value - 0.5 * even) ** 2).mean()
     assert 0.85 < (off**2).mean() / (after.error**2).mean() < 1.15
-    assert 0.93 < (np.abs(off) < 1.96 * after.error).mean() < 0.98
+    least = 0.93 if passes == PASSES else 0.9  # as the variance of four values is uncertain
+    assert least < (np.abs(off) < 1.96 * after.error).mean() < 0.98
 
 
 @pytest.mark.parametrize("width", [0.5, 2.0, 6.0])
@@ -174,7 +176,7 @@ def test_a_goal_is_met_by_filtered_light(settings):
     "option",
     [
         {"method": "path"},
-        {"passes": 7},
+        {"passes": 3},
         {"effects": "indirect,emission"},
     ],
 )
