@@ -170,10 +170,11 @@ class SurfaceFilter:
         """Return what averaging changes in each light."""
         film, shape = self._film, self._lights[0].sums.shape[1:]
         filtered = _Filtered(*self._storage.zeros((3, len(self._lights), *shape)))
+        plane = self._surfaces()  # before tasks: a resumed render has yet to look, by all workers
 
         def task(first: int, last: int) -> NDArray[np.float64]:
             lines = slice(first * film.width, last * film.width)
-            return self._filter_lines(first, last, filtered.part(lines))
+            return self._filter_lines(first, last, plane, filtered.part(lines))
 
         gained, totals, light = sum(
             self._workers.ranges(task, film.height, LINES, uninterrupted=True)
@@ -198,7 +199,9 @@ class SurfaceFilter:
             beyond = specular.residual_spread + specular.caustics_spread
         return Own(moments.indirect, moments.indirect_spread / norm, beyond)
 
-    def _filter_lines(self, first: int, last: int, out: _Filtered) -> NDArray[np.float64]:
+    def _filter_lines(
+        self, first: int, last: int, plane: Array, out: _Filtered
+    ) -> NDArray[np.float64]:
         """Fill some lines of the image; return of each light, (3, K), what it gained, of how much.
 
         And the sum of its means over bands and reflectance of what is filtered.
@@ -206,7 +209,7 @@ class SurfaceFilter:
         film, sizes = self._film, sizes_of_groups(self._lights[0].moments.count)
         top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
         rows, strip = slice(top * film.width, end * film.width), film._replace(height=end - top)
-        compared = self._compare(rows, strip, sizes)
+        compared = self._compare(plane[rows], rows, strip, sizes)
         lights, size, columns = compared.light.shape
         gain = np.full((lights, size, columns // (2 * GROUPS), GROUPS), np.nan, np.float32)
         variance, parts = np.zeros(gain.shape[:3], np.float32), sizes[0] / sizes[0].sum()
@@ -246,12 +249,14 @@ class SurfaceFilter:
             out.between[number, kept] = mean_of_groups(change**2, parts) / (GROUPS - 1)
         return gained
 
-    def _compare(self, rows: slice, strip: Film, sizes: NDArray[np.float64]) -> Compared:
+    def _compare(
+        self, plane: Array, rows: slice, strip: Film, sizes: NDArray[np.float64]
+    ) -> Compared:
         """Return what the pixels of a strip are compared by."""
         size, lights = rows.stop - rows.start, len(self._lights)
         bands, everything = self._lights[0].sums.shape[2], Span(0, size)
         compared = Compared(
-            Footprint(self._surfaces()[rows], np.ones(size, np.float32), np.inf, RADIUS, TURN),
+            Footprint(plane, np.ones(size, np.float32), np.inf, RADIUS, TURN),
             *self._pairs,
             np.empty((lights, size, 2 * bands * GROUPS), np.float32),
             *np.zeros((2, lights, size, len(PATCHES), GROUPS), np.float32),
