@@ -155,7 +155,7 @@ def runs(request):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*successive reflections")
 def test_intervals_cover_the_truth(runs):
-    """Deviations from the other seeds' mean are Student's t: their spread, and 95% intervals.
+    """Deviations from the other seeds' mean are Student's t, or less: spread, and 95% intervals.
 
     Of 16 passes, also where there are 8: the neighbours stand for as many.
 
@@ -175,4 +175,8 @@ def assert_calibrated(values, errors, name="reflectance"):
     covered = (np.abs(t) < stats.t.ppf(0.975, PASSES - 1)).mean()
     assert 0.93 <= covered <= 0.97, (name, covered)
     spread = np.clip(normal, -8.0, 8.0).std()
-    assert 0.9 <= spread <= 1.1, (name, spread)
+    # errors of filtered indirect light, pooled over pixels, may be as good as known: t is normal
+    even = stats.norm.ppf(np.linspace(0.0, 1.0, 1001)[1:-1])
+    known = stats.norm.ppf(stats.t.cdf(even, PASSES - 1)).std() / even.std()
+    least = 0.9 * known if name == "indirect" else 0.9
+    assert least <= spread <= 1.1, (name, spread)
