@@ -8,8 +8,8 @@ mean and spread stay honest.
 
 **How many.** A render needs `LEAST_PASSES` before it can trust its own error. Where that many full
 passes would be more work than the goal needs, passes take a half of the samples or less. The first
-ones, of an eighth, tell; if these turn out too small, they are discarded, but for where they say
-that samples are needed.
+ones, of an eighth, tell. If these turn out too small, they are discarded, and only decide where the
+next ones take samples.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ LEAST, MOST = -1, 2
 MOST_SAMPLES = 128
 """Samples of one kind in a pixel, at most."""
 GATHER_COST = 0.6
-"""What a gather ray is taken to cost, in light samples: as 1, 1.5 or 0.4, renders cost more."""
+"""What a gather ray is taken to cost, in light samples: what renders best, not its time."""
 POWER = 1.5
 """Power with which variance falls as samples rise: by more than 1, as they are stratified."""
 LEFT = 0.3
