@@ -64,6 +64,27 @@ def _is_lit(scene, lit_sides, hit, direction):
 
 
 @jit
+def stops_near(scene, hit, width):
+    """Return whether a ray ends within a width: specular surfaces send it on, and show its start.
+
+    What is seen via them is looked up, however near to a cell they stand.
+    """
+    return (
+        hit.triangle >= 0
+        and hit.distance < width
+        and specular_probability(scene, hit.triangle) == 0.0
+    )
+
+
+@jit
+def is_hidden(scene, origin, direction, width):
+    """Return whether a ray from a point of a cell ends within the cell's width."""
+    if scene.specular is None:
+        return occluded(scene.geometry, origin, direction, width)
+    return stops_near(scene, intersect(scene.geometry, origin, direction), width)
+
+
+@jit
 def _look_around(scene, question, piece, place, width, state, counts):
     """Count a point on a side of a triangle: it is exposed if it sees what light reaches."""
     geometry = scene.geometry
@@ -77,10 +98,10 @@ def _look_around(scene, question, piece, place, width, state, counts):
         direction = vec.from_frame(warp.cosine_hemisphere(s, t), ng)
         hit = intersect(geometry, origin, direction)
         if look == 0:
-            near = hit.triangle >= 0 and hit.distance < width
             counts[EMITTER] += hit.triangle >= 0 and geometry.emitter[hit.triangle] >= 0
             mirrored = vec.sub(vec.scale(ng, 2.0 * vec.dot(direction, ng)), direction)
-            counts[NEAR] += near or occluded(geometry, origin, mirrored, width)
+            near = stops_near(scene, hit, width)
+            counts[NEAR] += near or is_hidden(scene, origin, mirrored, width)
         if _is_lit(scene, question.lit_sides, hit, direction):
             counts[EXPOSED] += 1
             return
@@ -98,7 +119,7 @@ def _look_afar(scene, question, piece, place, towards, width, counts):
     direction = vec.from_frame(warp.cosine_hemisphere(towards[0], towards[1]), ng)
     hit = intersect(geometry, offset(point, size, ng), direction)
     counts[TESTED] += 1
-    if hit.triangle < 0 or hit.distance >= width:
+    if not stops_near(scene, hit, width):
         counts[EXPOSED] += _is_lit(scene, question.lit_sides, hit, direction)
 
 

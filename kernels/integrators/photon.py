@@ -9,13 +9,14 @@ from photonmap.kernels.bsdf.specular import (
     scatter_specular,
     specular_probability,
 )
+from photonmap.kernels.cache.exposed_fraction import is_hidden
 from photonmap.kernels.cache.radiosity_cache import cell_at, width_of
 from photonmap.kernels.core import streams, vec, warp
 from photonmap.kernels.core.bands import largest
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.rng import russian_roulette, sobol_2d, stream
 from photonmap.kernels.geometry.interaction import surface_interaction
-from photonmap.kernels.geometry.opacity import intersect, occluded
+from photonmap.kernels.geometry.opacity import intersect
 from photonmap.kernels.integrators.cache_answer import fill_base_flux, has_base
 from photonmap.kernels.lights.emission import emit_photon
 
@@ -62,7 +63,7 @@ def _store(scene, cache, surface, point, flux):
     is_crowded = cells.crowded.shape[0] > 0 and cells.crowded[cell]
     if is_crowded:
         direction = vec.from_frame(warp.cosine_hemisphere(point[0], point[1]), surface.ng)
-        if occluded(scene.geometry, surface.point, direction, width_of(density)):
+        if is_hidden(scene, surface.point, direction, width_of(density)):
             return 1
     for band in range(len(flux)):
         cache.radiosity[cell, band] += flux[band] * density

@@ -158,16 +158,36 @@ def test_a_dim_lamp_reaches_its_room():
     assert part[first : first + size].sum() == pytest.approx(alone[:size].sum(), rel=0.01)
 
 
+def above(*meshes):
+    """Return a scene whose camera sees a ceiling over meshes."""
+    up = np.array([[0.0, 0.0, 1.2], [0.0, 1.0, 1.2], [1.0, 1.0, 1.2], [1.0, 0.0, 1.2]])
+    ceiling = pm.Mesh(up, np.array([[0, 1, 2], [0, 2, 3]]), pm.Material("c", 0.5))
+    camera = pm.Camera((0.5, 0.5, 0.6), (0.5, 0.5, 1.2), up=(0.0, 1.0, 0.0), fov=60.0)
+    return pm.Scene([*meshes, ceiling], [LAMP], camera)
+
+
+def test_what_lies_under_glass_is_seen():
+    """A sheet that does not refract, closely above a floor, changes nothing.
+
+    The light of a floor on a ceiling was lost where glass stood nearer than a cell is wide.
+    """
+    sheet = trimesh.creation.box(bounds=[[-0.1, -0.1, 0.01], [1.1, 1.1, 0.05]])
+    air = pm.Mesh(sheet.vertices, sheet.faces, pm.Material.glass("air", 1.0))
+    settings = {"bands": "rgb", "size": (32, 32), "threads": 2, "photons": 4096, "passes": 8}
+    bare, covered = (
+        pm.render(above(*meshes), **settings).indirect.mean()
+        for meshes in ([floor()], [floor(), air])
+    )
+    assert covered == pytest.approx(bare, rel=0.01)
+
+
 @pytest.mark.slow
 def test_light_beside_a_block_is_whole():
     """Light of a floor on a ceiling, of which cells under a block's edges would lose 1.6%.
 
     Against the path tracer, in means over the image.
     """
-    up = np.array([[0.0, 0.0, 1.2], [0.0, 1.0, 1.2], [1.0, 1.0, 1.2], [1.0, 0.0, 1.2]])
-    ceiling = pm.Mesh(up, np.array([[0, 1, 2], [0, 2, 3]]), pm.Material("c", 0.5))
-    camera = pm.Camera((0.5, 0.5, 0.6), (0.5, 0.5, 1.2), up=(0.0, 1.0, 0.0), fov=60.0)
-    scene = pm.Scene([floor(0.9), block(0.0), ceiling], [LAMP], camera)
+    scene = above(floor(0.9), block(0.0))
     settings = {"bands": "rgb", "size": (64, 64), "threads": 2}
     path = pm.render(scene, **settings, method="path", passes=500, seed=1).indirect
     means = [
