@@ -18,20 +18,22 @@ from photonmap.kernels.core.streams import EXPOSURE_COUNT, EXPOSURE_POINT, EXPOS
 from photonmap.kernels.geometry.interaction import offset, point_at, side_of
 from photonmap.kernels.geometry.opacity import intersect, occluded, opacity_at
 
-POINTS, FAR_POINTS = 8, 12  # Points of a cell from which rays look around, and afar
 LOOKS = 8  # Rays of a point, at most; one looks afar
 HIDDEN = 4  # Points of a cell after which none are tested if none is exposed
-TESTED, EXPOSED, NEAR, EMITTER = range(4)
+TESTED, EXPOSED, NEAR, EMITTER, BESIDE = range(5)
 """What is counted: points that were tested, those of them that are exposed, those whose first ray
-or its mirror image meets something within the cell's width, and whose first meets an emitter"""
+or its mirror image meets something within the cell's width, and those whose first ray meets an
+emitter, at any distance and beside the cell"""
+COUNTS = 5
+WIDTHS_BESIDE = 4.0  # Distance, in widths of a cell, within which an emitter is beside it
 
 
 @by_reference
 class Exposure(NamedTuple):
-    """Counts of points, uint8, in columns `TESTED`, `EXPOSED`, `NEAR` and `EMITTER`."""
+    """Counts of points, uint8, in columns `TESTED` to `BESIDE`."""
 
-    cells: np.ndarray  # (cells, 4) of cells of single triangles
-    parts: np.ndarray  # (T, 2, 4) of triangles that share a cell with others
+    cells: np.ndarray  # (cells, COUNTS) of cells of single triangles
+    parts: np.ndarray  # (T, 2, COUNTS) of triangles that share a cell with others
 
 
 @by_reference
@@ -39,7 +41,7 @@ class Question(NamedTuple):
     """What is asked of which cells."""
 
     lit_sides: np.ndarray  # (T, 2), whether light reaches the sides of triangles
-    wanted: np.ndarray  # (cells,), whether a cell is measured
+    points: np.ndarray  # (cells,) uint8, how many points of a cell are tested
     afar: bool  # whether points count as far as they are seen from farther than a cell is wide
 
 
@@ -98,7 +100,9 @@ def _look_around(scene, question, piece, place, width, state, counts):
         direction = vec.from_frame(warp.cosine_hemisphere(s, t), ng)
         hit = intersect(geometry, origin, direction)
         if look == 0:
-            counts[EMITTER] += hit.triangle >= 0 and geometry.emitter[hit.triangle] >= 0
+            is_emitter = hit.triangle >= 0 and geometry.emitter[hit.triangle] >= 0
+            counts[EMITTER] += is_emitter
+            counts[BESIDE] += is_emitter and hit.distance < WIDTHS_BESIDE * width
             mirrored = vec.sub(vec.scale(ng, 2.0 * vec.dot(direction, ng)), direction)
             near = stops_near(scene, hit, width)
             counts[NEAR] += near or is_hidden(scene, origin, mirrored, width)
@@ -108,15 +112,14 @@ def _look_around(scene, question, piece, place, width, state, counts):
 
 
 @jit
-def _look_afar(scene, question, piece, place, towards, width, counts):
-    """Count a point on a side of a triangle: it is exposed if one ray meets what is lit, but far.
-
-    `towards`, of the unit square, chooses the ray.
-    """
+def _look_afar(scene, question, piece, place, width, state, counts):
+    """Count a point on a side of a triangle: exposed if one ray meets what is lit, but far."""
     geometry = scene.geometry
     ng = vec.scale(vec.row(geometry.normals, piece.triangle), 1.0 - 2.0 * piece.side)
     point, size = point_at(geometry, piece.triangle, place[0], place[1])
-    direction = vec.from_frame(warp.cosine_hemisphere(towards[0], towards[1]), ng)
+    s, state = draw(state)
+    t, _ = draw(state)
+    direction = vec.from_frame(warp.cosine_hemisphere(s, t), ng)
     hit = intersect(geometry, offset(point, size, ng), direction)
     counts[TESTED] += 1
     if not stops_near(scene, hit, width):
@@ -125,21 +128,25 @@ def _look_afar(scene, question, piece, place, towards, width, counts):
 
 @jit
 def _count(scene, question, cells, piece, points, key, counts):
-    """Count some points of a piece, in `counts` of its own if it is a cell, or a part of one."""
+    """Count so many points of a piece, in `counts` of its own if it is a cell, or a part of one."""
     may_be_hidden = cells.divisions[piece.triangle] > 1
     key = stream(key, piece.part, piece.sub)
     point_key, ray_key = split(key, EXPOSURE_POINT), split(key, EXPOSURE_RAY)
     width = width_of(cells.inverse_area[piece.triangle, piece.side])
     for index in range(points):
-        position = sobol_2d(index, point_key)
+        state = stream(ray_key, index, 0)
+        if question.afar:  # Points that are not stratified: counts are binomial then.
+            s, state = draw(state)
+            t, state = draw(state)
+            position = (s, t)
+        else:
+            position = sobol_2d(index, point_key)
         u, v = warp.uniform_triangle(position[0], position[1])
         u, v = place_in(piece.finer, piece.sub, u, v)
         place = place_in(piece.n, piece.part, u, v)
         if question.afar:
-            towards = sobol_2d(index, ray_key)
-            _look_afar(scene, question, piece, place, towards, width, counts)
+            _look_afar(scene, question, piece, place, width, state, counts)
             continue
-        state = stream(ray_key, index, 0)
         _look_around(scene, question, piece, place, width, state, counts)
         if may_be_hidden and counts[TESTED] == HIDDEN and counts[EXPOSED] == 0:
             return
@@ -150,7 +157,7 @@ def _probe_shared(scene, question, cells, area, piece, key, exposure):
     """Count points of a triangle that shares a cell with others."""
     triangle, side = piece.triangle, piece.side
     xi, _ = draw(split(key, EXPOSURE_COUNT))
-    points = FAR_POINTS if question.afar else POINTS
+    points = question.points[cells.first[triangle, side]]
     points = int(points * area * cells.inverse_area[triangle, side] + xi)
     _count(scene, question, cells, piece, points, key, exposure.parts[triangle, side])
 
@@ -158,15 +165,15 @@ def _probe_shared(scene, question, cells, area, piece, key, exposure):
 @jit
 def _probe_divided(scene, question, cells, triangle, side, key, exposure):
     """Count points of the cells into which a triangle's side is divided."""
-    n, points = cells.divisions[triangle], FAR_POINTS if question.afar else POINTS
+    n = cells.divisions[triangle]
     for part in range(n * n):
         whole = cells.first[triangle, side] + part
         divided = cells.parts[whole] >= 0
         finer = cells.finer if divided else 1
         for sub in range(finer * finer):
             cell = cells.parts[whole] + sub if divided else whole
-            if question.wanted[cell]:
-                piece = Piece(triangle, side, n, part, finer, sub)
+            if question.points[cell] > 0:
+                piece, points = Piece(triangle, side, n, part, finer, sub), question.points[cell]
                 _count(scene, question, cells, piece, points, key, exposure.cells[cell])
 
 
@@ -180,7 +187,7 @@ def probe_exposure(scene, question, areas, cells, key, span, exposure):
             own = stream(key, triangle, side)
             if cells.divisions[triangle] > 1:
                 _probe_divided(scene, question, cells, triangle, side, own, exposure)
-            elif question.wanted[cells.first[triangle, side]]:
+            elif question.points[cells.first[triangle, side]] > 0:
                 piece = Piece(triangle, side, np.int32(1), 0, 1, 0)
                 area = areas[triangle]
                 _probe_shared(scene, question, cells, area, piece, own, exposure)

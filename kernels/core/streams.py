@@ -27,6 +27,7 @@ class Domain(IntEnum):
     LINGERING = auto()
     WAVELENGTHS = auto()
     SEEN_AFAR = auto()
+    SEEN_AFAR_AGAIN = auto()
 
 
 (

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from photonmap.integrators.base import PassSetup
 from photonmap.kernels.cache.exposed_fraction import (
+    BESIDE,
+    COUNTS,
     EMITTER,
     EXPOSED,
     NEAR,
@@ -32,6 +34,8 @@ FINER = 4
 """Cells along the side of one that is divided."""
 NONE_CROWDED = np.zeros(0, np.bool_)
 """Of cells that are not looked up, or not measured yet."""
+FINER_SHARED = 2
+"""How many times as narrow the cells that triangles share are beside an emitter."""
 DIRECTIONS = 4
 """Small triangles share a cell only where their normals fall in the same of 4³ boxes."""
 
@@ -45,6 +49,8 @@ class Exposed(NamedTuple):
     """(cells,) whether things stand within its width"""
     cluttered: NDArray[np.bool_]
     """(cells,) whether many do, and no emitter is seen: that would be noisy"""
+    beside_emitter: NDArray[np.bool_]
+    """(cells,) whether an emitter stands within a few widths"""
 
 
 def lay_cells(
@@ -96,6 +102,34 @@ def divide_cells(cells: CacheCells, chosen: NDArray[np.bool_]) -> tuple[CacheCel
     parts = np.full(count, -1, np.int32)
     parts[chosen] = count + finer**2 * np.arange(number)
     return cells._replace(parts=parts, finer=finer), count + finer**2 * number
+
+
+def split_shared(
+    geometry: Geometry,
+    areas: NDArray[np.float64],
+    cells: CacheCells,
+    chosen: NDArray[np.bool_],
+    size: float,
+) -> tuple[CacheCells, NDArray[np.int32]]:
+    """Share out triangles of chosen cells, (count,), in boxes of a smaller size.
+
+    Beside an emitter, triangles that share a cell are not alike: those that face it are bright, and
+    seen from elsewhere than the others. The new cells lie behind all others. Return the layout, and
+    of which cell each of them was, (new,).
+    """
+    shared = cells.divisions == 1
+    triangles = np.flatnonzero(shared & chosen[cells.first].any(axis=1))
+    if len(triangles) == 0:
+        return cells, np.empty(0, np.int32)
+    group, count = _group_neighbours(geometry, triangles, size), len(cells.parts)
+    number = int(group.max()) + 1
+    both, inverse = cells.first.copy(), cells.inverse_area.copy()
+    of = np.empty((2, number), np.int32)
+    of[:, group] = cells.first[triangles].T
+    both[triangles] = (count + np.stack([group, group + number], axis=1)).astype(np.int32)
+    inverse[triangles] = (1.0 / np.bincount(group, areas[triangles], number))[group, None]
+    parts = np.concatenate([cells.parts, np.full(2 * number, -1, np.int32)])
+    return cells._replace(first=both, inverse_area=inverse, parts=parts), of.ravel()
 
 
 def one_cell(triangles: int) -> CacheCells:
@@ -165,6 +199,11 @@ LEAST = 1 / 4
 CLUTTERED = 2 / 5
 """Share of pairs of rays from a cell of which one ends within its width, above which it is
 cluttered."""
+POINTS = 8
+"""Points of a cell from which rays look around."""
+FEW_FAR, SEEN_FAR, MOST_FAR = 4, 8, 120
+"""Points of a crowded cell from which one ray each looks afar: so many say how many it takes until
+about 8 do; at most 120."""
 PARTS = 16
 """Parts in which triangles are processed, for any number of threads."""
 
@@ -225,13 +264,13 @@ def measure_exposed(
     lit_sides: NDArray[np.bool_],
     areas: NDArray[np.float64],
     cells: CacheCells,
-    count: int,
 ) -> Exposed:
-    """Return what is exposed of each of `count` cells that are not divided.
+    """Return what is exposed of each of cells that are not divided.
 
     Sides are those of `find_lit_sides`, (T, 2), and areas, (T,), those of triangles.
     """
-    question = Question(lit_sides, np.ones(count, np.bool_), False)
+    count = len(cells.parts)
+    question = Question(lit_sides, np.full(count, POINTS, np.uint8), False)
     counts = _count_points(setup, question, areas, cells, setup.key(0, Domain.EXPOSURE))
     fraction = setup.storage.zeros((count, 1))
     fraction[:] = 1.0
@@ -239,7 +278,8 @@ def measure_exposed(
     np.divide(counts[:, EXPOSED], counts[:, TESTED], out=fraction[:, 0], where=found)
     near = counts[:, NEAR]
     cluttered = (near > CLUTTERED * counts[:, TESTED]) & (counts[:, EMITTER] == 0)
-    return Exposed(np.maximum(fraction, LEAST, out=fraction), near > 0, cluttered)
+    np.maximum(fraction, LEAST, out=fraction)
+    return Exposed(fraction, near > 0, cluttered, counts[:, BESIDE] > 0)
 
 
 def measure_seen_afar(
@@ -256,11 +296,15 @@ def measure_seen_afar(
     some of pass `index` estimate it; 1 of cells that are not `wanted`. The other arguments are
     those of `measure_exposed`.
     """
-    question = Question(lit_sides, wanted, True)
-    counts = _count_points(setup, question, areas, cells, setup.key(index, Domain.SEEN_AFAR))
-    # With k of n rays, this has the right mean, where n / k has not.
+    known = areas, cells, setup.key(index, Domain.SEEN_AFAR)
+    few = _count_points(setup, Question(lit_sides, wanted * np.uint8(FEW_FAR), True), *known)
+    share = (few[:, EXPOSED] + 0.5) / (few[:, TESTED] + 1.0)
+    points = np.where(wanted, np.minimum(SEEN_FAR / share, MOST_FAR), 0.0).astype(np.uint8)
+    known = areas, cells, setup.key(index, Domain.SEEN_AFAR_AGAIN)
+    counts = _count_points(setup, Question(lit_sides, points, True), *known)
+    # With k of n rays, its mean lacks (1 - share)^(n + 1); that of n / k is too large.
     tested, exposed = (counts[:, [column]] + np.float32(1.0) for column in (TESTED, EXPOSED))
-    return tested / exposed, int(counts[:, TESTED].sum())
+    return tested / exposed, int(few[:, TESTED].sum() + counts[:, TESTED].sum())
 
 
 def _count_points(
@@ -270,11 +314,11 @@ def _count_points(
     cells: CacheCells,
     key: np.uint64,
 ) -> NDArray[np.uint8]:
-    """Return what is counted of the points of cells, (cells, 4)."""
+    """Return what is counted of the points of cells, (cells, COUNTS)."""
     scene, storage, triangles = setup.compiled.arrays, setup.storage, len(areas)
     exposure = Exposure(
-        storage.zeros((len(question.wanted), 4), np.uint8),
-        storage.zeros((triangles, 2, 4), np.uint8),
+        storage.zeros((len(question.points), COUNTS), np.uint8),
+        storage.zeros((triangles, 2, COUNTS), np.uint8),
     )
 
     def probe(part: int) -> None:

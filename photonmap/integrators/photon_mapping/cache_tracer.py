@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 from photonmap.compile.geometry import triangle_areas
 from photonmap.integrators.base import Counters, PassSetup
 from photonmap.integrators.photon_mapping.cache_cells import (
+    FINER_SHARED,
+    Exposed,
     divide_cells,
     find_lit_sides,
     lay_cells,
     measure_exposed,
     measure_seen_afar,
     measure_surface_fraction,
+    split_shared,
 )
 from photonmap.integrators.photon_mapping.pilot import stores_per_photon
 from photonmap.kernels.cache.radiosity_cache import sum_bundles
@@ -113,23 +116,30 @@ class CacheTracer:
         if level not in self._layouts:
             number = max(self._setup.photons * self._cells_per_photon, 1.0) * 2.0 ** (0.5 * level)
             area, geometry = self._areas.sum() / number, self._setup.scene(0).geometry
-            cells, count = lay_cells(geometry, self._areas, area)
+            cells = lay_cells(geometry, self._areas, area)[0]
             # Passes that are repeated with wider supports go back and forth between two.
             kept = list(self._layouts.items())[-1:]
-            self._layouts = dict(kept) | {level: self._measure(cells, count)}
+            self._layouts = dict(kept) | {level: self._measure(cells, area)}
         return self._layouts[level]
 
-    def _measure(self, cells: CacheCells, count: int) -> Layout:
+    def _measure(self, cells: CacheCells, area: float) -> Layout:
         """Divide the cells that are exposed in part, and measure the exposed surface of all."""
-        exposed = measure_exposed(self._setup, self._lit_sides, self._areas, cells, count)
-        laid, (cells, count) = count, divide_cells(cells, exposed.fraction[:, 0] < 1.0)
+        geometry, areas = self._setup.scene(0).geometry, self._areas
+        exposed = measure_exposed(self._setup, self._lit_sides, areas, cells)
+        size = math.sqrt(area) / FINER_SHARED
+        cells, whole = split_shared(geometry, areas, cells, exposed.beside_emitter, size)
+        exposed = Exposed(*(np.concatenate([rows, rows[whole]]) for rows in exposed))
+        laid = len(cells.parts)
+        cells, count = divide_cells(cells, exposed.fraction[:, 0] < 1.0)
         divided = np.repeat(np.flatnonzero(cells.parts >= 0), cells.finer**2)
-        fraction, crowded, cluttered = (np.concatenate([rows, rows[divided]]) for rows in exposed)
+        fraction, crowded, cluttered = (
+            np.concatenate([rows, rows[divided]]) for rows in exposed[:3]
+        )
         crowded[laid:] = True  # What hides a part of the whole stands on or beside each.
         cells = cells._replace(crowded=crowded, cluttered=cluttered)
         fraction[crowded] = 1.0  # What is seen from afar of them is measured in each pass.
         fraction[laid:] /= np.float32(cells.finer**2)
-        surface = measure_surface_fraction(self._setup.scene(0).geometry, self._areas, cells, count)
+        surface = measure_surface_fraction(geometry, areas, cells, count)
         return Layout(cells, count, fraction if surface is None else fraction * surface)
 
     @cached_property
