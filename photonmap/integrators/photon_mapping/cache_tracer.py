@@ -93,7 +93,11 @@ class CacheTracer:
         counters.stores += stores
         counters.truncated += truncated
         counters.photons += total
-        counters.add_rays(photon=rays, shadow=short)
+        counters.add_rays(photon=rays)
+        if scene.specular is None:
+            counters.add_rays(shadow=short)
+        else:  # They find out what stands near, and not only whether something does.
+            counters.add_rays(photon=short)
         radiosity = setup.storage.zeros((layout.number, setup.bands))
         setup.workers.ranges(
             lambda first, last: sum_bundles(self._bundles, first, last, radiosity),
