@@ -93,11 +93,9 @@ class CacheTracer:
         counters.stores += stores
         counters.truncated += truncated
         counters.photons += total
-        counters.add_rays(photon=rays)
-        if scene.specular is None:
-            counters.add_rays(shadow=short)
-        else:  # They find out what stands near, and not only whether something does.
-            counters.add_rays(photon=short)
+        # Short rays find out what stands near, where it may be specular, or else whether anything.
+        shadow = short if scene.specular is None else 0
+        counters.add_rays(photon=rays + short - shadow, shadow=shadow)
         radiosity = setup.storage.zeros((layout.number, setup.bands))
         setup.workers.ranges(
             lambda first, last: sum_bundles(self._bundles, first, last, radiosity),
@@ -105,14 +103,20 @@ class CacheTracer:
             CELL_RANGE,
         )
         radiosity /= layout.fraction
-        if layout.cells.crowded.any():
-            lit = layout.cells.crowded & radiosity.any(axis=1)
-            inverse, rays = measure_seen_afar(
-                setup, index, self._lit_sides, self._areas, layout.cells, lit
-            )
-            radiosity *= inverse
-            counters.add_rays(photon=rays)
+        counters.add_rays(photon=self._brighten_crowded(index, layout.cells, radiosity))
         return RadiosityCache(layout.cells, radiosity)
+
+    def _brighten_crowded(
+        self, index: int, cells: CacheCells, radiosity: NDArray[np.float32]
+    ) -> int:
+        """Divide crowded cells by their share that is seen from afar; return how many rays told."""
+        if not cells.crowded.any():
+            return 0
+        lit = cells.crowded & radiosity.any(axis=1)
+        known = self._lit_sides, self._areas, cells
+        inverse, rays = measure_seen_afar(self._setup, index, *known, lit)
+        radiosity *= inverse
+        return rays
 
     def _layout(self, index: int, wider: int) -> Layout:
         """Return cells whose area falls with the cube root of passes in the end, in steps of √2."""
