@@ -18,6 +18,7 @@ from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.bands import total as band_total
 from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.records import GLASS, THIN
 from photonmap.kernels.core.rng import sobol_2d, stream
 from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, split
 from photonmap.kernels.geometry.interaction import surface_interaction
@@ -26,6 +27,7 @@ from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
 FIRST = 0  # Number of every step: no Russian roulette, so photons keep their flux
 ALIGNED = 0.7  # Cosine between normals above which photons count for each other's surface
 FLATNESS = 0.3  # Height above the surface, in radii, within which photons count
+LEVEL = 0.02  # The same beside what lets light pass, in whose light another surface may lie
 
 
 @jit
@@ -151,7 +153,32 @@ def sort_by_key(keys, starts, order):
 
 
 @jit
-def _weight(caustics, photon, surface, box):
+def _lets_pass(scene, triangle):
+    """Return whether a surface that photons reach lets light pass, too."""
+    alpha, material = scene.geometry.alpha, scene.geometry.material[triangle]
+    if alpha is not None and (alpha.image[material] >= 0 or alpha.value[material] < 1.0):
+        return True
+    if scene.specular is None or scene.specular.glass is None:
+        return False
+    return scene.specular.kind[material] == GLASS or scene.specular.kind[material] == THIN
+
+
+@jit
+def _is_level(caustics, photon, step, ng):
+    """Return whether a photon lies on the surface of a point, `step` apart, and not on a layer.
+
+    On a sphere, the chord is perpendicular to the mean of both normals; facets deviate from that by
+    half their angle at most.
+    """
+    position = caustics.positions[photon]
+    other = (position[3], position[4], position[5])
+    turn = vec.sub(other, ng)
+    slack = LEVEL + 0.5 * math.sqrt(vec.dot(turn, turn))
+    return abs(vec.dot(step, vec.add(ng, other))) < 2.0 * slack * caustics.radius
+
+
+@jit
+def _weight(scene, caustics, photon, surface, box):
     """Return the weight of a photon for a surface point, 0 if it does not count."""
     # Photons of other boxes may share a bucket, and those of other surfaces a box. Weights fall as
     # a parabola (Silverman 1986, 4.2).
@@ -169,7 +196,15 @@ def _weight(caustics, photon, surface, box):
     position = caustics.positions[photon]
     if near <= 0.0 or vec.dot((position[3], position[4], position[5]), surface.ng) < ALIGNED:
         return 0.0
-    return 0.0 if abs(vec.dot(step, surface.ng)) > FLATNESS * radius else near
+    if abs(vec.dot(step, surface.ng)) > FLATNESS * radius:
+        return 0.0
+    if scene.geometry.alpha is not None or scene.specular.glass is not None:
+        triangle, other = surface.hit.triangle, caustics.triangles[photon]
+        if (_lets_pass(scene, triangle) or _lets_pass(scene, other)) and not _is_level(
+            caustics, photon, step, surface.ng
+        ):
+            return 0.0
+    return near
 
 
 @jit
@@ -208,7 +243,7 @@ def add_caustics(scene, caustics, surface, scatters, factor, target, row, scratc
         box = _box(caustics, surface.point, corner)
         bucket = bucket_of(box[0], box[1], box[2], buckets)
         for photon in range(caustics.starts[bucket], caustics.starts[bucket + 1]):
-            near = _weight(caustics, photon, surface, box)
+            near = _weight(scene, caustics, photon, surface, box)
             if near == 0.0:
                 continue
             if scene.scattering is not None and scatters:

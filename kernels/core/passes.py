@@ -245,7 +245,9 @@ class CausticMap(NamedTuple):
     flux: float32[:, ::1]  # (n, N)
     starts: int32[::1]  # (H + 1,), first photon of each bucket
     radius: float  # of the disk over which photons are counted
-    triangles: int32[::1]  # (n,), where photons lie; (0,) where none is connected to the camera
+    triangles: int32[::1]
+    """(n,), where photons lie; (0,) where none is connected to the camera, nor anything lets light
+    pass that photons reach"""
     barycentrics: float32[:, ::1]  # (n, 2), of the second and third corner
     connected: float
     """pixels per unit of area up to which first hits get their caustics from photons connected to

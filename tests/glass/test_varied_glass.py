@@ -199,3 +199,34 @@ def test_white_glass_in_part_vanishes_in_even_light():
     means = result.radiance.mean()
     assert result.standard_error("radiance").max() < 0.1
     assert means == pytest.approx(1.0, abs=0.006)
+
+
+@pytest.mark.parametrize(
+    "layer",
+    [
+        pm.Material("layer", 0.6, ior=1.0, transmission=0.5),
+        pm.Material("layer", 0.6, alpha=0.5),
+    ],
+    ids=["glass in part", "alpha"],
+)
+def test_layers_do_not_share_caustics(layer):
+    """What light passes, and a floor in its light, however near: each has the photons of its own.
+
+    Those of the floor counted for a layer of glass and white 5 mm above it, whose caustics doubled.
+    Nothing here refracts, so that the gap does not matter.
+    """
+    sun, sides = pm.DirectionalLight((0.0, -1.0, 0.0), 1.0), ((-2.0, 2.0), (-2.0, 2.0))
+    camera = pm.Camera((0.0, 1.0, 0.5), (0.0, 0.0, 0.0), fov=20.0)
+
+    def sheet(low, high, material):
+        (left, right), (back, front) = sides
+        box = trimesh.creation.box(bounds=[[left, low, back], [right, high, front]])
+        return pm.Mesh(box.vertices, box.faces, material, material.name)
+
+    def mean(gap):
+        floor = quad((-3, -gap, -3), (-3, -gap, 3), (3, -gap, 3), (3, -gap, -3), GREY, "floor")
+        cover = sheet(0.5, 0.52, pm.Material.glass("air", 1.0))
+        scene = pm.Scene([floor, sheet(0.0, 0.02, layer), cover], [sun], camera)
+        return pm.render(scene, **SMALL, passes=8).caustics.mean()
+
+    assert mean(0.005) == pytest.approx(mean(0.2), rel=0.02)

@@ -201,9 +201,9 @@ CLUTTERED = 2 / 5
 cluttered."""
 POINTS = 8
 """Points of a cell from which rays look around."""
-FEW_FAR, SEEN_FAR, MOST_FAR = 4, 6, 60
+FEW_FAR, SEEN_FAR, MOST_FAR = 4, 8, 60
 """Points of a crowded cell from which one ray each looks afar: so many say how many it takes until
-about 6 do; at most 60."""
+about 8 do; at most 60."""
 PARTS = 16
 """Parts in which triangles are processed, for any number of threads."""
 

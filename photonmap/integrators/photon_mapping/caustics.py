@@ -146,6 +146,7 @@ class CausticTracer:
         key = self._setup.key(index, domain)
         needed = {"positions", "flux"}
         needed |= {"arrivals"} if scene.scattering else set()
+        needed |= {"triangles"} if scene.geometry.alpha or scene.specular.glass else set()
         needed |= {"triangles", "barycentrics"} if self._connects else set()
 
         def trace(bundle: int) -> tuple[CausticPhotons, int]:
