@@ -123,7 +123,8 @@ def test_crowded_cells_are_exposed_as_far_as_they_are_seen_from_afar():
     size, rng = 2 * int(cells.divisions[0]) ** 2, np.random.default_rng(3)
     assert 10 < near[:size].sum() < size - 10
     width = np.sqrt(0.5) / cells.divisions[0]
-    points, r, turn = rng.random((100_000, 2)), rng.random(100_000), 2.0 * np.pi * rng.random(100_000)
+    points, r, turn = rng.random((100_000, 2)), *rng.random((2, 100_000))
+    turn *= 2.0 * np.pi
     ray = np.sqrt(r)[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     with np.errstate(divide="ignore"):
         sides = np.sort((np.array([[LOW], [HIGH]]) - points[:, None]) / ray[:, None], axis=1)

@@ -13,6 +13,7 @@ from photonmap.integrators.photon_mapping.cache_cells import (
     divide_cells,
     lay_cells,
     measure_surface_fraction,
+    split_shared,
 )
 from photonmap.kernels.cache import radiosity_cache as store
 from photonmap.kernels.core.passes import RadiosityCache, Span
@@ -138,6 +139,28 @@ def test_cells_that_triangles_share_stay_whole():
     cells, both = divide_cells(whole, np.ones(count, bool))
     assert both == count
     assert (cells.parts == -1).all()
+
+
+def test_shared_cells_are_split_into_smaller_ones():
+    with pytest.warns(pm.SceneWarning, match="no light"):
+        geometry = prepared_mesh(MESHES["sphere"]).geometry
+    areas = triangle_areas(geometry)
+    area = areas.sum() / 50
+    whole, count = lay_cells(geometry, areas, area)
+    chosen = np.arange(count) % 3 == 0
+    cells, of = split_shared(geometry, areas, whole, chosen, np.sqrt(area) / 2.0)
+    split = chosen[whole.first].any(axis=1)
+    np.testing.assert_array_equal(cells.first[~split], whole.first[~split])
+    assert len(cells.parts) == count + len(of)
+    # Each is of one that was chosen, and all of them are the surface of that.
+    for side in range(2):
+        np.testing.assert_array_equal(
+            of[cells.first[split, side] - count], whole.first[split, side]
+        )
+        size = np.bincount(cells.first[:, side], areas, len(cells.parts))
+        held = 1.0 / cells.inverse_area[:, side]
+        np.testing.assert_allclose(held, size[cells.first[:, side]], rtol=1e-5)
+    assert 2 * len(np.unique(whole.first[split])) < len(of) <= 8 * split.sum()
 
 
 @pytest.mark.filterwarnings("ignore:the scene has no light")

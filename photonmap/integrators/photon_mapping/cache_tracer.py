@@ -131,7 +131,7 @@ class CacheTracer:
         return self._layouts[level]
 
     def _measure(self, cells: CacheCells, area: float) -> Layout:
-        """Divide the cells that are exposed in part, and measure the exposed surface of all."""
+        """Divide cells beside emitters or exposed in part; measure the exposed surface of all."""
         geometry, areas = self._setup.scene(0).geometry, self._areas
         exposed = measure_exposed(self._setup, self._lit_sides, areas, cells)
         size = math.sqrt(area) / FINER_SHARED
