@@ -200,10 +200,10 @@ def _weight(scene, caustics, photon, surface, box):
         return 0.0
     if scene.geometry.alpha is not None or scene.specular.glass is not None:
         triangle, other = surface.hit.triangle, caustics.triangles[photon]
-        if (_lets_pass(scene, triangle) or _lets_pass(scene, other)) and not _is_level(
-            caustics, photon, step, surface.ng
-        ):
-            return 0.0
+        if _lets_pass(scene, triangle) or _lets_pass(scene, other):
+            of = scene.geometry.material
+            if of[triangle] != of[other] or not _is_level(caustics, photon, step, surface.ng):
+                return 0.0
     return near
 
 
