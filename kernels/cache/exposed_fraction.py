@@ -20,11 +20,11 @@ from photonmap.kernels.geometry.opacity import intersect, occluded, opacity_at
 
 LOOKS = 8  # Rays of a point, at most; one looks afar
 HIDDEN = 4  # Points of a cell after which none are tested if none is exposed
-TESTED, EXPOSED, NEAR, EMITTER, BESIDE = range(5)
+COUNTS = 5
+TESTED, EXPOSED, NEAR, EMITTER, BESIDE = range(COUNTS)
 """What is counted: points that were tested, those of them that are exposed, those whose first ray
 or its mirror image meets something within the cell's width, and those whose first ray meets an
 emitter, at any distance and beside the cell"""
-COUNTS = 5
 WIDTHS_BESIDE = 4.0  # Distance, in widths of a cell, within which an emitter is beside it
 
 
@@ -66,7 +66,7 @@ def _is_lit(scene, lit_sides, hit, direction):
 
 
 @jit
-def stops_near(scene, hit, width):
+def _stops_near(scene, hit, width):
     """Return whether a ray ends within a width: specular surfaces send it on, and show its start.
 
     What is seen via them is looked up, however near to a cell they stand.
@@ -83,7 +83,7 @@ def is_hidden(scene, origin, direction, width):
     """Return whether a ray from a point of a cell ends within the cell's width."""
     if scene.specular is None:
         return occluded(scene.geometry, origin, direction, width)
-    return stops_near(scene, intersect(scene.geometry, origin, direction), width)
+    return _stops_near(scene, intersect(scene.geometry, origin, direction), width)
 
 
 @jit
@@ -104,7 +104,7 @@ def _look_around(scene, question, piece, place, width, state, counts):
             counts[EMITTER] += is_emitter
             counts[BESIDE] += is_emitter and hit.distance < WIDTHS_BESIDE * width
             mirrored = vec.sub(vec.scale(ng, 2.0 * vec.dot(direction, ng)), direction)
-            near = stops_near(scene, hit, width)
+            near = _stops_near(scene, hit, width)
             counts[NEAR] += near or is_hidden(scene, origin, mirrored, width)
         if _is_lit(scene, question.lit_sides, hit, direction):
             counts[EXPOSED] += 1
@@ -122,7 +122,7 @@ def _look_afar(scene, question, piece, place, width, state, counts):
     direction = vec.from_frame(warp.cosine_hemisphere(s, t), ng)
     hit = intersect(geometry, offset(point, size, ng), direction)
     counts[TESTED] += 1
-    if not stops_near(scene, hit, width):
+    if not _stops_near(scene, hit, width):
         counts[EXPOSED] += _is_lit(scene, question.lit_sides, hit, direction)
 
 
@@ -138,10 +138,9 @@ def _count(scene, question, cells, piece, points, key, counts):
         if question.afar:  # Points that are not stratified: counts are binomial then.
             s, state = draw(state)
             t, state = draw(state)
-            position = (s, t)
         else:
-            position = sobol_2d(index, point_key)
-        u, v = warp.uniform_triangle(position[0], position[1])
+            s, t = sobol_2d(index, point_key)
+        u, v = warp.uniform_triangle(s, t)
         u, v = place_in(piece.finer, piece.sub, u, v)
         place = place_in(piece.n, piece.part, u, v)
         if question.afar:

@@ -13,7 +13,6 @@ from photonmap.compile.geometry import triangle_areas
 from photonmap.integrators.base import Counters, PassSetup
 from photonmap.integrators.photon_mapping.cache_cells import (
     FINER_SHARED,
-    Exposed,
     divide_cells,
     find_lit_sides,
     lay_cells,
@@ -135,14 +134,12 @@ class CacheTracer:
         geometry, areas = self._setup.scene(0).geometry, self._areas
         exposed = measure_exposed(self._setup, self._lit_sides, areas, cells)
         size = math.sqrt(area) / FINER_SHARED
-        cells, whole = split_shared(geometry, areas, cells, exposed.beside_emitter, size)
-        exposed = Exposed(*(np.concatenate([rows, rows[whole]]) for rows in exposed))
-        laid = len(cells.parts)
-        cells, count = divide_cells(cells, exposed.fraction[:, 0] < 1.0)
-        divided = np.repeat(np.flatnonzero(cells.parts >= 0), cells.finer**2)
-        fraction, crowded, cluttered = (
-            np.concatenate([rows, rows[divided]]) for rows in exposed[:3]
-        )
+        cells, split = split_shared(geometry, areas, cells, exposed.beside_emitter, size)
+        of = np.append(np.arange(len(exposed.fraction)), split)  # the cell that each is, or was
+        laid = len(of)
+        cells, count = divide_cells(cells, exposed.fraction[of, 0] < 1.0)
+        of = np.append(of, np.repeat(of[cells.parts >= 0], cells.finer**2))
+        fraction, crowded, cluttered, _ = (rows[of] for rows in exposed)
         crowded[laid:] = True  # What hides a part of the whole stands on or beside each.
         cells = cells._replace(crowded=crowded, cluttered=cluttered)
         fraction[crowded] = 1.0  # What is seen from afar of them is measured in each pass.
