@@ -14,20 +14,17 @@ from photonmap.kernels.bsdf.specular import (
     specular_step,
 )
 from photonmap.kernels.caustics.aim import aim_photon
+from photonmap.kernels.caustics.disk import Place, disk_weight, edge_correction
 from photonmap.kernels.core import vec, warp
 from photonmap.kernels.core.bands import divide
 from photonmap.kernels.core.bands import total as band_total
 from photonmap.kernels.core.jit import jit, kernel
-from photonmap.kernels.core.records import GLASS, THIN
 from photonmap.kernels.core.rng import sobol_2d, stream
-from photonmap.kernels.core.streams import EMIT_DIRECTION, EMIT_POSITION, LOBE, split
+from photonmap.kernels.core.streams import DISK, EMIT_DIRECTION, EMIT_POSITION, LOBE, split
 from photonmap.kernels.geometry.interaction import surface_interaction
 from photonmap.kernels.geometry.opacity import divide_by_opacity, intersect
 
 FIRST = 0  # Number of every step: no Russian roulette, so photons keep their flux
-ALIGNED = 0.7  # Cosine between normals above which photons count for each other's surface
-FLATNESS = 0.3  # Height above the surface, in radii, within which photons count
-LEVEL = 0.02  # The same beside what lets light pass, in whose light another surface may lie
 
 
 @jit
@@ -55,7 +52,10 @@ def _follow(scene, ray, state, flux):
 
 @jit
 def _arrive(geometry, hit, direction, photons, row):
-    """Turn flux into irradiance about the shading normal, and fill a row of photons."""
+    """Turn flux into irradiance about the shading normal, and fill a row of photons.
+
+    Returns their `Place`.
+    """
     surface = surface_interaction(geometry, hit, direction)
     factor = max(0.0, -vec.dot(surface.ns, direction))
     factor /= max(1e-9, -vec.dot(surface.ng, direction))
@@ -67,6 +67,7 @@ def _arrive(geometry, hit, direction, photons, row):
         photons.arrivals[row, axis] = direction[axis]
     photons.triangles[row] = hit.triangle
     photons.barycentrics[row, 0], photons.barycentrics[row, 1] = hit.u, hit.v
+    return Place(surface.point, surface.ng, hit.triangle)
 
 
 @jit
@@ -80,14 +81,15 @@ def _guided(rows, columns, point):
 
 
 @kernel
-def trace_caustics(scene, guide, key, span, total, sums, photons):
+def trace_caustics(scene, guide, key, span, total, radius, sums, photons):
     """Trace photons of a span of `total` to where they make caustics; fill a row of `photons` each.
 
-    `sums`, (K,) float64, is used up. Returns the number of rays cast.
+    `radius` is that of their disks, or 0 where they do not count; `sums`, (K,) float64, is used up.
+    Returns the number of rays cast.
     """
     rays = 0
     position_key, direction_key = split(key, EMIT_POSITION), split(key, EMIT_DIRECTION)
-    lobe_key = split(key, LOBE)
+    lobe_key, disk_key = split(key, LOBE), split(key, DISK)
     for index in range(span.first, span.last):
         row = index - span.first
         point, density = _guided(
@@ -110,7 +112,11 @@ def trace_caustics(scene, guide, key, span, total, sums, photons):
         photons.arrived[row], hit, direction, cast = _follow(scene, (start, direction), state, flux)
         rays += cast
         if photons.arrived[row]:
-            _arrive(scene.geometry, hit, direction, photons, row)
+            place = _arrive(scene.geometry, hit, direction, photons, row)
+            if radius > 0.0:
+                state = stream(disk_key, index, 0)
+                photons.edge_correction[row], cast = edge_correction(scene, place, radius, state)
+                rays += cast
     return rays
 
 
@@ -153,58 +159,21 @@ def sort_by_key(keys, starts, order):
 
 
 @jit
-def _lets_pass(scene, triangle):
-    """Return whether a surface that photons reach lets light pass, too."""
-    alpha, material = scene.geometry.alpha, scene.geometry.material[triangle]
-    if alpha is not None and (alpha.image[material] >= 0 or alpha.value[material] < 1.0):
-        return True
-    if scene.specular is None or scene.specular.glass is None:
-        return False
-    return scene.specular.kind[material] == GLASS or scene.specular.kind[material] == THIN
-
-
-@jit
-def _is_level(caustics, photon, step, ng):
-    """Return whether a photon lies on the surface of a point, `step` apart, and not on a layer.
-
-    On a sphere, the chord is perpendicular to the mean of both normals; facets deviate from that by
-    half their angle at most.
-    """
-    position = caustics.positions[photon]
-    other = (position[3], position[4], position[5])
-    turn = vec.sub(other, ng)
-    slack = LEVEL + 0.5 * math.sqrt(vec.dot(turn, turn))
-    return abs(vec.dot(step, vec.add(ng, other))) < 2.0 * slack * caustics.radius
-
-
-@jit
-def _weight(scene, caustics, photon, surface, box):
-    """Return the weight of a photon for a surface point, 0 if it does not count."""
-    # Photons of other boxes may share a bucket, and those of other surfaces a box. Weights fall as
-    # a parabola (Silverman 1986, 4.2).
+def _weight(scene, caustics, photon, at, box):
+    """Return the weight of a photon for a `Place`, 0 if it does not count."""
+    # Photons of other boxes may share a bucket, and those of other surfaces a box.
     position = vec.row(caustics.positions, photon)
-    radius = caustics.radius
-    width = 2.0 * radius
+    width = 2.0 * caustics.radius
     if (
         math.floor(position[0] / width) != box[0]
         or math.floor(position[1] / width) != box[1]
         or math.floor(position[2] / width) != box[2]
     ):
         return 0.0
-    step = vec.sub(position, surface.point)
-    near = 1.0 - vec.dot(step, step) / (radius * radius)
-    position = caustics.positions[photon]
-    if near <= 0.0 or vec.dot((position[3], position[4], position[5]), surface.ng) < ALIGNED:
-        return 0.0
-    if abs(vec.dot(step, surface.ng)) > FLATNESS * radius:
-        return 0.0
-    if scene.geometry.alpha is not None or scene.specular.glass is not None:
-        triangle, other = surface.hit.triangle, caustics.triangles[photon]
-        if _lets_pass(scene, triangle) or _lets_pass(scene, other):
-            of = scene.geometry.material
-            if of[triangle] != of[other] or not _is_level(caustics, photon, step, surface.ng):
-                return 0.0
-    return near
+    triangle = caustics.triangles[photon] if len(caustics.triangles) > 0 else 0
+    row = caustics.positions[photon]
+    other = Place(position, (row[3], row[4], row[5]), triangle)
+    return disk_weight(scene, other, at, caustics.radius)
 
 
 @jit
@@ -236,16 +205,17 @@ def add_caustics(scene, caustics, surface, scatters, factor, target, row, scratc
     buckets = len(caustics.starts) - 1
     if buckets < 1:
         return
-    scale = factor * _density(caustics)
+    scale, at = factor * _density(caustics), Place(surface.point, surface.ng, surface.hit.triangle)
     if scene.scattering is None or not scatters:
         scratch.response[:] = np.float32(1.0)
     for corner in range(8):
         box = _box(caustics, surface.point, corner)
         bucket = bucket_of(box[0], box[1], box[2], buckets)
         for photon in range(caustics.starts[bucket], caustics.starts[bucket + 1]):
-            near = _weight(scene, caustics, photon, surface, box)
+            near = _weight(scene, caustics, photon, at, box)
             if near == 0.0:
                 continue
+            near *= caustics.edge_correction[photon]
             if scene.scattering is not None and scatters:
                 wi = vec.scale(vec.row(caustics.arrivals, photon), -1.0)
                 models.evaluate_sought(scene, surface, wi, scratch.response, scratch.walk)

@@ -243,6 +243,8 @@ class CausticMap(NamedTuple):
     arrivals: float32[:, ::1]
     """(n, 3), unit directions of arrival; (0, 3) where all BSDFs are Lambertian"""
     flux: float32[:, ::1]  # (n, N)
+    edge_correction: float32[::1]
+    """(n,), 1 / the part of each disk, by weight, that is surface its photon counts for"""
     starts: int32[::1]  # (H + 1,), first photon of each bucket
     radius: float  # of the disk over which photons are counted
     triangles: int32[::1]
@@ -264,6 +266,7 @@ class CausticPhotons(NamedTuple):
     positions: float32[:, ::1]
     arrivals: float32[:, ::1]
     flux: float32[:, ::1]
+    edge_correction: float32[::1]
     triangles: int32[::1]
     barycentrics: float32[:, ::1]
 

@@ -33,7 +33,7 @@ PASSING_BYTES_PER_PIXEL = 48
 """What stays in RAM of an image whose arrays are on disk, for moments and to adapt sampling."""
 PASSING_BYTES_PER_SPLIT_VALUE = 32
 """The same of each value of a pass that is split by light group."""
-PASSING_BYTES_PER_CAUSTIC = 3 * 52
+PASSING_BYTES_PER_CAUSTIC = 3 * 56
 """The same of caustic photons, one a pixel, while they are sorted."""
 
 

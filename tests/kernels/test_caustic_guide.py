@@ -30,7 +30,7 @@ def pilot(emitted, arrived, spheres=0, seed=1):
     origins = np.column_stack([places, np.broadcast_to(spheres, SAMPLES)]).astype(np.float32)
     empty = np.empty((0, 3), np.float32)
     columns = [np.broadcast_to(f(*places.T), SAMPLES) for f in (emitted, arrived)]
-    return CausticPhotons(origins, *columns, *[empty] * 5)
+    return CausticPhotons(origins, *columns, *[empty] * 6)
 
 
 def squares(guide):

@@ -385,6 +385,27 @@ def test_glass_as_thin_as_air_is_invisible():
     assert found.mean() == pytest.approx(wanted.mean(), rel=0.01)
 
 
+def test_a_case_of_air_takes_no_light_from_what_is_narrow():
+    """Bars narrower than a caustic disk, under a sky; by disks alone they lack a third of it."""
+    bars = [trimesh.creation.box((0.02, 0.02, 1.0)).apply_translation((x, 0.0, 0.0))
+            for x in np.linspace(-0.45, 0.45, 13)]  # fmt: skip
+    turn = trimesh.transformations.rotation_matrix(np.pi / 2, (0, 1, 0), (0.0, 0.01, 0.0))
+    bars = trimesh.util.concatenate(bars + [bar.copy().apply_transform(turn) for bar in bars])
+    grid = pm.Mesh(bars.vertices, bars.faces, pm.Material("grid", 0.7), "grid")
+    air = trimesh.creation.box((1.1, 0.1, 1.1))
+    case = pm.Mesh(air.vertices, air.faces, pm.Material.glass("air", 1.0), "case")
+    camera = pm.Camera((0.3, 1.2, 1.5), (0.0, 0.0, 0.0), fov=45)
+    wanted, found = (
+        pm.render(pm.Scene(meshes, [colored_sky()], camera), bands="rgb", size=(48, 32), passes=8)
+        for meshes in [[grid], [grid, case]]
+    )
+    for seen, light in [
+        (found.caustics, wanted.direct),
+        (found.indirect - found.caustics, wanted.indirect),
+    ]:
+        np.testing.assert_allclose(seen.mean((0, 1)), light.mean((0, 1)), rtol=0.04)
+
+
 @pytest.mark.parametrize("method", ["photon", "path"])
 def test_a_lamp_in_still_water_has_no_noise(method):
     """What glass reflects and transmits is followed apart: F of the lamp shows in every sample."""

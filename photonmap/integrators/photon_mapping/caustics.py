@@ -104,7 +104,7 @@ MOST_PHOTONS_FACTOR = 4
 """Caustic photons at most, times those of the radiosity cache."""
 MOST_RAYS_PER_PHOTON = 16
 """Rays of a caustic photon, on average, above which they are fewer."""
-_OF_ARRIVALS = ("positions", "arrivals", "flux", "triangles", "barycentrics")
+_OF_ARRIVALS = ("positions", "arrivals", "flux", "edge_correction", "triangles", "barycentrics")
 """Arrays of `CausticPhotons` with a row for each photon that arrived."""
 
 
@@ -137,14 +137,17 @@ class CausticTracer:
         """Return the caustic map of pass `index`, disks `wider` times doubled, and its rays."""
         radius = self._radius * (1.0 + index) ** (-1.0 / 6.0)
         connected = densest_connected(radius) if self._connects else 0.0
-        photons, rays = self._trace(index, self.photons, Domain.CAUSTICS)
-        return _sort(photons, radius * 2.0**wider, connected), rays
+        radius *= 2.0**wider
+        photons, rays = self._trace(index, self.photons, Domain.CAUSTICS, radius)
+        return _sort(photons, radius, connected), rays
 
-    def _trace(self, index: int, total: int, domain: Domain) -> tuple[CausticPhotons, int]:
+    def _trace(
+        self, index: int, total: int, domain: Domain, radius: float = 0.0
+    ) -> tuple[CausticPhotons, int]:
         """Trace photons of a pass in bundles; return them, and the number of rays."""
         bundles, scene = -(-total // BUNDLE), self._setup.scene(index)
         key = self._setup.key(index, domain)
-        needed = {"positions", "flux"}
+        needed = {"positions", "flux", "edge_correction"}
         needed |= {"arrivals"} if scene.scattering else set()
         needed |= {"triangles"} if scene.geometry.alpha or scene.specular.glass else set()
         needed |= {"triangles", "barycentrics"} if self._connects else set()
@@ -153,7 +156,7 @@ class CausticTracer:
             span = Span(bundle * total // bundles, (bundle + 1) * total // bundles)
             photons = _make_rows(span.last - span.first, self._setup.bands)
             sums = np.empty(len(self._guide.spheres))
-            rays = trace_caustics(scene, self._guide, key, span, total, sums, photons)
+            rays = trace_caustics(scene, self._guide, key, span, total, radius, sums, photons)
             return _leave_out_lost(photons, needed), rays
 
         traced, rays = zip(*self._setup.workers.map(trace, bundles), strict=True)
@@ -165,10 +168,19 @@ def _make_rows(count: int, bands: int) -> CausticPhotons:
     origins, positions, arrivals, flux, barycentrics = (
         np.empty((count, width), np.float32) for width in (5, 6, 3, bands, 2)
     )
-    emitted, arrived = np.empty(count, np.float32), np.empty(count, bool)
+    emitted, edge_correction = np.empty((2, count), np.float32)
+    arrived = np.empty(count, bool)
     triangles = np.empty(count, np.int32)
     return CausticPhotons(
-        origins, emitted, arrived, positions, arrivals, flux, triangles, barycentrics
+        origins,
+        emitted,
+        arrived,
+        positions,
+        arrivals,
+        flux,
+        edge_correction,
+        triangles,
+        barycentrics,
     )
 
 
@@ -190,8 +202,18 @@ def no_caustics(bands: int) -> CausticMap:
 def _map_of(
     photons: CausticPhotons, starts: NDArray[np.int32], radius: float, connected: float
 ) -> CausticMap:
-    positions, arrivals, flux, triangles, barycentrics = photons[3:]
-    return CausticMap(positions, arrivals, flux, starts, radius, triangles, barycentrics, connected)
+    positions, arrivals, flux, edge_correction, triangles, barycentrics = photons[3:]
+    return CausticMap(
+        positions,
+        arrivals,
+        flux,
+        edge_correction,
+        starts,
+        radius,
+        triangles,
+        barycentrics,
+        connected,
+    )
 
 
 def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float:
