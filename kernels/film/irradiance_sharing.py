@@ -107,7 +107,7 @@ def _shares(strip, i, j):
 
 
 @vectorized
-def _find_pairs(strip, first, step, found, counts):
+def find_pairs(strip, first, step, found, counts):
     """Fill found, (n,) uint8, with whether pixels share with both of a pair; count these."""
     # Unsigned, as Numba takes negative numbers from the end, which keeps loops from vectors.
     here, ahead, behind = np.uint64(first), np.uint64(first + step), np.uint64(first - step)
@@ -147,7 +147,7 @@ def _add_partners(strip, row, found, sums, enough):
             if x * x + y * y > radius * radius or left >= right:
                 continue
             first, last, step = row * width + left, row * width + right, y * width + x
-            _find_pairs(strip, first, step, found[left:right], sums[bands, left:right])
+            find_pairs(strip, first, step, found[left:right], sums[bands, left:right])
             for band in range(bands):
                 _add_pairs(
                     found[left:right],

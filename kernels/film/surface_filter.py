@@ -16,7 +16,7 @@ import numpy as np
 
 from photonmap.kernels.core.jit import jit, kernel, vectorized
 from photonmap.kernels.core.record_types import by_reference
-from photonmap.kernels.film.irradiance_sharing import Footprint, may_share
+from photonmap.kernels.film.irradiance_sharing import Strip, find_pairs
 from photonmap.kernels.film.pixels import FLAT
 
 GROUPS = 4
@@ -51,26 +51,46 @@ class Own(NamedTuple):
 
 @by_reference
 class Compared(NamedTuple):
-    """What pixels are compared by, and what is averaged: of radiance at reflectance 1.
+    """Of K lights on some lines of the image, what pixels are compared by, and what is averaged.
 
-    Of K lights, `noise` of the first tells which pixels stay as they are: by NaN.
+    That is radiance at reflectance 1. Pixels that stay as they are count as not flat in the strip.
     """
 
-    footprint: Footprint  # which pixels show one surface
+    strip: Strip
     pairs: np.ndarray  # (R, 2) int64, columns and lines from a pixel to one of a pair beside it
     strictness: np.ndarray  # (R, L) float32: times a difference's variance, the square to weigh 0
-    light: np.ndarray  # (K, P, 2 N G) float32, mean in each group, and its variance by itself
-    smooth: np.ndarray  # (K, P, L, G) float32, mean over bands, a patch and all groups but one
-    noise: np.ndarray  # (K, P, L, G) float32, variance of that
+    light: np.ndarray  # (K, 2 N G, P) float32, mean in each group, and its variance by itself
+    smooth: np.ndarray  # (K, L, G, P) float32, mean over bands, a patch and all groups but one
+    noise: np.ndarray  # (K, L, G, P) float32, variance of that
+
+
+@by_reference
+class Scratch(NamedTuple):
+    """Room for a line of pixels."""
+
+    found: np.ndarray  # (W,) uint8, which are averaged with a pair beside them
+    counts: np.ndarray  # (L, W) float32
+    weights: np.ndarray  # (G, W) float32, of that pair
+    totals: np.ndarray  # (G, W) float32, of all pairs
+    sums: np.ndarray  # (K, 2 N G, W) float32
+
+
+def make_scratch(compared):
+    """Return room for a line."""
+    lights, columns, _ = compared.light.shape
+    width, single = compared.strip.width, np.float32
+    found, counts = np.empty(width, np.uint8), np.empty((len(PATCHES), width), single)
+    groups = np.empty((2, GROUPS, width), single)
+    return Scratch(found, counts, *groups, np.empty((lights, columns, width), single))
 
 
 @jit
-def _is_uniform(moments, beyond, plane, pixel):
+def _is_uniform(moments, beyond, pixel):
     """Return whether light is one reflectance times irradiance / π all over a pixel.
 
     Not where what is `beyond` that, (P, N), unless it is None, is not 0.
     """
-    if plane[pixel, FLAT] == 0.0 or moments.coverage[pixel] != 1.0:
+    if moments.coverage[pixel] != 1.0:
         return False
     least, glow = CONSTANT * float(moments.counts[pixel]) ** 2, moments.fluorescence
     for band in range(moments.direct.shape[1]):
@@ -103,18 +123,17 @@ def _pool(grouped, pixel, left_out):
 
 
 @kernel
-def compare_pixels(moments, own, grouped, compared, light, span):
-    """Fill what pixels of a span have of one of the lights, its variance, and what they compare."""
-    bands, all_noise = own.mean.shape[1], compared.noise[0]
+def compare_pixels(moments, own, grouped, compared, light):
+    """Fill what the pixels of a strip have of one of the lights, and what they compare."""
+    bands, flat = own.mean.shape[1], compared.strip.planes[FLAT]
     shown, smooth, noise = compared.light[light], compared.smooth[light], compared.noise[light]
     total, least = 0.0, math.inf
     for group in range(GROUPS):
         total += grouped.passes[group]
         least = min(least, grouped.values[group])
-    for pixel in range(span.first, span.last):
-        if not _is_uniform(moments, own.beyond, compared.footprint.plane, pixel):
-            all_noise[pixel, 0, 0] = np.nan
-        if math.isnan(all_noise[pixel, 0, 0]):
+    for pixel in range(len(flat)):
+        if flat[pixel] == 0.0 or not _is_uniform(moments, own.beyond, pixel):
+            flat[pixel] = 0.0
             continue
         mean, even = 0.0, 0.0
         for band in range(bands):
@@ -123,8 +142,8 @@ def compare_pixels(moments, own, grouped, compared, light, span):
         factor, whole = even / mean if mean > 0.0 else 0.0, _pool(grouped, pixel, -1)[1]
         for group in range(GROUPS):
             others, variance = _pool(grouped, pixel, group)
-            smooth[pixel, 0, group] = factor * others
-            noise[pixel, 0, group] = factor * factor * variance
+            smooth[0, group, pixel] = factor * others
+            noise[0, group, pixel] = factor * factor * variance
             passes = grouped.passes[group]
             if least > 1.0:
                 part = grouped.spread[group, pixel] / ((grouped.values[group] - 1.0) * passes)
@@ -134,151 +153,206 @@ def compare_pixels(moments, own, grouped, compared, light, span):
             for band in range(bands):  # its variance, times that in this group over that in all
                 r = moments.reflectance[pixel, band]
                 column = GROUPS * band + group
-                shown[pixel, column] = grouped.sums[group, pixel, band] / (passes * r)
-                shown[pixel, GROUPS * bands + column] = own.variance[pixel, band] * part
+                shown[column, pixel] = grouped.sums[group, pixel, band] / (passes * r)
+                shown[GROUPS * bands + column, pixel] = own.variance[pixel, band] * part
 
 
 @jit
-def _step_of_pair(film, compared, pixel, pair):
-    """Return how many pixels apart those of a pair beside one are; 0 if they are not averaged."""
-    x, y = compared.pairs[pair]
-    column, row, step = pixel % film.width, pixel // film.width, y * film.width + x
-    noise, footprint = compared.noise[0], compared.footprint
-    if (
-        min(column, film.width - 1 - column) < abs(x)
-        or min(row, film.height - 1 - row) < y
-        or math.isnan(noise[pixel + step, 0, 0] + noise[pixel - step, 0, 0])
-        or not may_share(footprint, pixel, pixel + step)
-        or not may_share(footprint, pixel, pixel - step)
-    ):
-        return 0
-    return step
+def _find_line(compared, line, pair, scratch):
+    """Find which pixels of a line are averaged with a pair beside them.
 
-
-@jit
-def _add_patch(patch, pixel, level):
-    """Add to a larger patch what a pixel has by itself."""
-    for group in range(GROUPS):
-        patch[level, group] += pixel[0, group]
-
-
-@kernel
-def smooth_patches(film, compared, light, span):
-    """Fill what larger patches of a span of pixels compare, of one of the lights."""
-    smooth, noise = compared.smooth[light], compared.noise[light]
-    for pixel in range(span.first, span.last):
-        for level in range(1, 1 if math.isnan(compared.noise[0, pixel, 0, 0]) else len(PATCHES)):
-            for group in range(GROUPS):
-                smooth[pixel, level, group] = smooth[pixel, 0, group]
-                noise[pixel, level, group] = noise[pixel, 0, group]
-            count = 1.0
-            for pair in range(len(compared.pairs)):
-                if max(abs(compared.pairs[pair, 0]), compared.pairs[pair, 1]) <= PATCHES[level]:
-                    step = _step_of_pair(film, compared, pixel, pair)
-                    if step > 0:
-                        count += 2.0
-                        for side in (step, -step):
-                            _add_patch(smooth[pixel], smooth[pixel + side], level)
-                            _add_patch(noise[pixel], noise[pixel + side], level)
-            for group in range(GROUPS):
-                smooth[pixel, level, group] /= count
-                noise[pixel, level, group] /= count * count
+    Returns the columns that may be, (first, last), which are none where none is, and its step.
+    """
+    strip, (x, y) = compared.strip, compared.pairs[pair]
+    left, right, step = abs(x), strip.width - abs(x), y * strip.width + x
+    if left >= right or min(line, strip.height - 1 - line) < y:
+        return 0, 0, step
+    found, unused = scratch.found[left:right], scratch.counts[0, left:right]
+    find_pairs(strip, line * strip.width + left, step, found, unused)
+    return (left, right, step) if found.any() else (0, 0, step)
 
 
 @vectorized
-def _weigh(compared, light, pixel, step, pair, own, weights):
-    """Lower the weights, (G,), of a pair a `step` to both sides of a pixel to what a light allows.
+def _add_found(found, ahead, behind, sums):
+    """Add to sums, (n,), the values of the pairs that were found."""
+    for i in range(len(found)):
+        sums[i] += ahead[i] if found[i] else np.float32(0.0)
+        sums[i] += behind[i] if found[i] else np.float32(0.0)
 
-    They are those of passes of each group; `own` is overwritten. Returns their sum.
-    """
-    smooth, noise, strictness = compared.smooth, compared.noise, compared.strictness
-    here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
-    total, last, half = np.float32(0.0), len(PATCHES) - 1, np.float32(0.5)
-    for group in range(GROUPS):
-        own[group] = np.float32(1.0)
-    for level in range(len(PATCHES)):
+
+@vectorized
+def _count_found(found, counts):
+    """Count the pixels of the pairs that were found."""
+    for i in range(len(found)):
+        counts[i] += np.float32(2.0) * np.float32(found[i])
+
+
+@vectorized
+def _copy(values, target):
+    for i in range(len(values)):
+        target[i] = values[i]
+
+
+@vectorized
+def _divide(values, counts):
+    for i in range(len(counts)):
+        values[i] /= counts[i]
+
+
+@jit
+def _add_to_patches(compared, light, level, at, scratch):
+    """Add what the pairs found have of a light to the patches around pixels."""
+    first, left, right, step = at
+    begin, end, found = first + left, first + right, scratch.found[left:right]
+    for image in (compared.smooth[light], compared.noise[light]):
         for group in range(GROUPS):
-            off = half * (smooth[light, ahead, level, group] + smooth[light, behind, level, group])
-            off -= smooth[light, here, level, group]
-            beside = noise[light, ahead, level, group] + noise[light, behind, level, group]
-            variance = noise[light, here, level, group] + half * half * beside
-            variance = max(strictness[pair, level] * variance, np.float32(TINY))
-            own[group] = min(own[group], np.float32(1.0) - off * off / variance)
-    for group in range(GROUPS):  # by the variance over the largest patch
-        noisy = max(noise[light, here, last, group], np.float32(TINY))
-        beside = half * (noise[light, ahead, last, group] + noise[light, behind, last, group])
-        even = noisy / max(noisy, beside)
-        weights[group] = min(weights[group], max(own[group], np.float32(0.0)) * even)
-        total += weights[group]
-    return total
-
-
-@jit
-def _weigh_all(compared, pixel, step, pair, own, weights):
-    """Set the weights of a pair, (G,), to what all lights allow; return their sum."""
-    total, last = 1.0, len(PATCHES) - 1
-    for group in range(GROUPS):  # what has no noise of its own takes none from others
-        weights[group] = 1.0 if compared.noise[0, pixel, last, group] > 0.0 else 0.0
-    for light in range(len(compared.noise)):
-        if total > 0.0:
-            total = _weigh(compared, light, pixel, step, pair, own, weights)
-    return total
-
-
-@vectorized
-def _add_pair(shown, light, pixel, step, factors, sums):
-    """Add what a pair has of a light, less the pixel's, and its variance to sums, (K, 2 N G).
-
-    Both times factors, (2, 2 N G): those of a pair, and of the pixel itself beside it.
-    """
-    here, ahead, behind = np.uint64(pixel), np.uint64(pixel + step), np.uint64(pixel - step)
-    for column in range(sums.shape[1]):
-        pair = shown[light, ahead, column] + shown[light, behind, column]
-        pair -= factors[1, column] * shown[light, here, column]
-        sums[light, column] += factors[0, column] * pair
+            own, patches = image[0, group], image[level, group, begin:end]
+            _add_found(
+                found, own[begin + step : end + step], own[begin - step : end - step], patches
+            )
 
 
 @kernel
-def filter_light(film, compared, parts, scratch, span, gain, variance):
-    """Set what light gains in each group, (K, P, N, G), and the variance of its mean.
+def smooth_patches(compared, scratch):
+    """Fill what larger patches compare, of all lights."""
+    width, counts, images = compared.strip.width, scratch.counts, (compared.smooth, compared.noise)
+    for line in range(compared.strip.height):
+        counts[:] = 1.0
+        whole = slice(line * width, (line + 1) * width)
+        for light in range(len(compared.light)):
+            for level in range(1, len(PATCHES)):
+                for group in range(GROUPS):
+                    for image in images:
+                        _copy(image[light, 0, group, whole], image[light, level, group, whole])
+        for pair in range(len(compared.pairs)):
+            reach, first = max(abs(compared.pairs[pair, 0]), compared.pairs[pair, 1]), line * width
+            left, right, step = 0, 0, 0
+            if reach <= PATCHES[len(PATCHES) - 1]:
+                left, right, step = _find_line(compared, line, pair, scratch)
+            for level in range(1, len(PATCHES) if right > 0 else 0):
+                if reach <= PATCHES[level]:
+                    _count_found(scratch.found[left:right], counts[level, left:right])
+                    for light in range(len(compared.light)):
+                        _add_to_patches(compared, light, level, (first, left, right, step), scratch)
+        for level in range(1, len(PATCHES)):
+            for light in range(len(compared.light)):
+                for group in range(GROUPS):
+                    _divide(compared.smooth[light, level, group, whole], counts[level])
+                    _divide(compared.noise[light, level, group, whole], counts[level])
+                    _divide(compared.noise[light, level, group, whole], counts[level])
 
-    (K, P, N), both float32, in a span of pixels. Gain is NaN where nothing changes. `parts`, (G,),
-    are those of the groups in the mean; scratch is overwritten: weights, (3, G), factors,
-    (2, 2 N G), and sums, (K, 2 N G), float32.
+
+@vectorized
+def _begin(found, noise, weights):
+    """Set weights, (n,), to 1 where a pair was found, unless a pixel has no noise of its own.
+
+    Such a one takes none from others.
+    """
+    for i in range(len(found)):
+        weights[i] = 1.0 if found[i] and noise[i] > 0.0 else 0.0
+
+
+@vectorized
+def _lower(smooth, noise, strictness, group, first, step, weights):
+    """Lower weights, (n,), of pairs a `step` to both sides of pixels to what a light allows.
+
+    They are those of passes of one group; smooth and noise, (L, G, P), are of that light.
+    """
+    here, ahead, behind = np.uint64(first), np.uint64(first + step), np.uint64(first - step)
+    last, half = len(PATCHES) - 1, np.float32(0.5)
+    for i in range(len(weights)):
+        j, own = np.uint64(i), np.float32(1.0)
+        for level in range(len(PATCHES)):
+            off = half * (smooth[level, group, ahead + j] + smooth[level, group, behind + j])
+            off -= smooth[level, group, here + j]
+            beside = noise[level, group, ahead + j] + noise[level, group, behind + j]
+            variance = noise[level, group, here + j] + half * half * beside
+            variance = max(strictness[level] * variance, np.float32(TINY))
+            own = min(own, np.float32(1.0) - off * off / variance)
+        # by the variance over the largest patch
+        noisy = max(noise[last, group, here + j], np.float32(TINY))
+        beside = half * (noise[last, group, ahead + j] + noise[last, group, behind + j])
+        even = noisy / max(noisy, beside)
+        weights[i] = min(weights[i], max(own, np.float32(0.0)) * even)
+
+
+@vectorized
+def _add_means(light, first, step, weights, sums):
+    """Add to sums, (n,), what pairs have in a column of light, (P,), less what pixels have."""
+    here, ahead, behind = np.uint64(first), np.uint64(first + step), np.uint64(first - step)
+    for i in range(len(weights)):
+        j = np.uint64(i)
+        pair = light[ahead + j] + light[behind + j]
+        sums[i] += weights[i] * (pair - np.float32(2.0) * light[here + j])
+
+
+@vectorized
+def _add_variances(light, first, step, weights, sums):
+    """Add to sums, (n,), the variances that pairs have in a column of light, (P,)."""
+    ahead, behind = np.uint64(first + step), np.uint64(first - step)
+    for i in range(len(weights)):
+        j = np.uint64(i)
+        sums[i] += weights[i] * weights[i] * (light[ahead + j] + light[behind + j])
+
+
+@vectorized
+def _add_weights(weights, totals, counts):
+    """Add the weights of pairs to totals, (n,), and count pairs that have any."""
+    for i in range(len(weights)):
+        totals[i] += np.float32(2.0) * weights[i]
+        counts[i] += np.float32(weights[i] > 0.0)
+
+
+@jit
+def _add_pairs(compared, line, scratch):
+    """Add up the pairs beside the pixels of a line."""
+    found, half = scratch.found, compared.light.shape[1] // 2
+    first, counts = line * compared.strip.width, scratch.counts[1]
+    for pair in range(len(compared.pairs)):
+        left, right, step = _find_line(compared, line, pair, scratch)
+        for group in range(GROUPS if right > 0 else 0):
+            weights, here = scratch.weights[group, left:right], first + left
+            noise = compared.noise[0, len(PATCHES) - 1, group, here : first + right]
+            _begin(found[left:right], noise, weights)
+            for light in range(len(compared.light)):
+                smooth, own = compared.smooth[light], compared.noise[light]
+                _lower(smooth, own, compared.strictness[pair], group, here, step, weights)
+            _add_weights(weights, scratch.totals[group, left:right], counts[left:right])
+            for light in range(len(compared.light)):
+                shown, sums = compared.light[light], scratch.sums[light]
+                for column in range(group, half, GROUPS):
+                    mean, variance = sums[column, left:right], sums[half + column, left:right]
+                    _add_means(shown[column], here, step, weights, mean)
+                    _add_variances(shown[half + column], here, step, weights, variance)
+
+
+@kernel
+def filter_light(compared, parts, lines, scratch, gain, variance):
+    """Set what light gains in each group, (K, P, N, G), and the variance of its mean, (K, P, N).
+
+    Of a span of lines of the strip, both float32. Gain is NaN where nothing changes. `parts`,
+    (G,), are those of the groups in the mean.
     """
     lights, _, bands, _ = gain.shape
-    (allowed, own, totals), factors, sums = scratch
-    half = bands * GROUPS
-    for column in range(2 * half):
-        factors[1, column] = 2.0 if column < half else 0.0
-    for pixel in range(span.first, span.last):
-        gain[0, pixel, 0, 0] = np.nan
-        if math.isnan(compared.noise[0, pixel, 0, 0]):
-            continue
-        pairs = 0
-        for group in range(GROUPS):
-            totals[group] = 1.0
+    width, half = compared.strip.width, bands * GROUPS
+    totals, sums, counts = scratch.totals, scratch.sums, scratch.counts[1]
+    for line in range(lines.first, lines.last):
+        first = line * width
+        totals[:], counts[:], sums[:, :half] = 1.0, 0.0, 0.0
         for light in range(lights):
-            for column in range(half):
-                sums[light, column] = 0.0
-                sums[light, half + column] = compared.light[light, pixel, half + column]
-        for pair in range(len(compared.pairs)):
-            step = _step_of_pair(film, compared, pixel, pair)
-            if step > 0 and _weigh_all(compared, pixel, step, pair, own, allowed) > 0.0:
+            for row in range(half, 2 * half):
+                _copy(compared.light[light, row, first : first + width], sums[light, row])
+        _add_pairs(compared, line, scratch)
+        for column in range(width):
+            pixel = (line - lines.first) * width + column
+            gain[0, pixel, 0, 0] = np.nan
+            if counts[column] == 0.0:
+                continue
+            for light in range(lights):
                 for band in range(bands):
+                    after = 0.0
                     for group in range(GROUPS):
-                        factors[0, GROUPS * band + group] = allowed[group]
-                        factors[0, half + GROUPS * band + group] = allowed[group] * allowed[group]
-                for light in range(lights):
-                    _add_pair(compared.light, light, pixel, step, factors, sums)
-                for group in range(GROUPS):
-                    totals[group] += np.float32(2.0) * allowed[group]
-                pairs += 1
-        for light in range(lights if pairs > 0 else 0):
-            for band in range(bands):
-                after = 0.0
-                for group in range(GROUPS):
-                    column = GROUPS * band + group
-                    gain[light, pixel, band, group] = sums[light, column] / totals[group]
-                    after += (parts[group] / totals[group]) ** 2 * sums[light, half + column]
-                variance[light, pixel, band] = after
+                        row, total = GROUPS * band + group, totals[group, column]
+                        gain[light, pixel, band, group] = sums[light, row, column] / total
+                        after += (parts[group] / total) ** 2 * sums[light, half + row, column]
+                    variance[light, pixel, band] = after

@@ -20,7 +20,7 @@ from photonmap.film.moments import RANGE, Accumulator, Change
 from photonmap.film.pooling import take_in
 from photonmap.film.replicates import replicate_size
 from photonmap.kernels.core.passes import Film, Span
-from photonmap.kernels.film.irradiance_sharing import Footprint
+from photonmap.kernels.film.irradiance_sharing import Footprint, cut_strip
 from photonmap.kernels.film.moments import Weight
 from photonmap.kernels.film.surface_filter import (
     GROUPS,
@@ -31,6 +31,7 @@ from photonmap.kernels.film.surface_filter import (
     Own,
     compare_pixels,
     filter_light,
+    make_scratch,
     smooth_patches,
 )
 from photonmap.runtime.storage import RAM, Storage
@@ -171,10 +172,12 @@ class SurfaceFilter:
         film, shape = self._film, self._lights[0].sums.shape[1:]
         filtered = _Filtered(*self._storage.zeros((3, len(self._lights), *shape)))
         plane = self._surfaces()  # before tasks: a resumed render has yet to look, by all workers
+        everywhere = np.ones(len(plane), np.float32)
+        footprint = Footprint(plane, everywhere, np.inf, MARGIN, TURN)
 
         def task(first: int, last: int) -> NDArray[np.float64]:
             lines = slice(first * film.width, last * film.width)
-            return self._filter_lines(first, last, plane, filtered.part(lines))
+            return self._filter_lines(Span(first, last), footprint, filtered.part(lines))
 
         gained, totals, light = sum(
             self._workers.ranges(task, film.height, LINES, uninterrupted=True)
@@ -200,27 +203,25 @@ class SurfaceFilter:
         return Own(moments.indirect, moments.indirect_spread / norm, beyond)
 
     def _filter_lines(
-        self, first: int, last: int, plane: Array, out: _Filtered
+        self, lines: Span, footprint: Footprint, out: _Filtered
     ) -> NDArray[np.float64]:
         """Fill some lines of the image; return of each light, (3, K), what it gained, of how much.
 
         And the sum of its means over bands and reflectance of what is filtered.
         """
-        film, sizes = self._film, sizes_of_groups(self._lights[0].moments.count)
-        top, end = max(first - MARGIN, 0), min(last + MARGIN, film.height)
-        rows, strip = slice(top * film.width, end * film.width), film._replace(height=end - top)
-        compared = self._compare(plane[rows], rows, strip, sizes)
-        lights, size, columns = compared.light.shape
-        gain = np.full((lights, size, columns // (2 * GROUPS), GROUPS), np.nan, np.float32)
-        variance, parts = np.zeros(gain.shape[:3], np.float32), sizes[0] / sizes[0].sum()
-        shapes = (3, GROUPS), (2, columns), (lights, columns)
-        scratch = tuple(np.empty(shape, np.float32) for shape in shapes)
-        inner = Span((first - top) * film.width, (last - top) * film.width)
-        filter_light(strip, compared, parts, scratch, inner, gain, variance)
-        means = compared.light[:, :, : columns // 2].reshape(gain.shape)
-        lines = slice(first * film.width, last * film.width)
-        gain, variance, means = (array[:, slice(*inner)] for array in (gain, variance, means))
-        return self._return_gain(lines, parts, gain, variance, means, out)
+        width, sizes = self._film.width, sizes_of_groups(self._lights[0].moments.count)
+        compared = self._compare(lines, footprint, sizes)
+        scratch = make_scratch(compared)
+        smooth_patches(compared, scratch)
+        shape = len(self._lights), (lines.last - lines.first) * width, out.gain.shape[2]
+        gain = np.full((*shape, GROUPS), np.nan, np.float32)
+        variance, parts = np.zeros(shape, np.float32), sizes[0] / sizes[0].sum()
+        first, last = (line - compared.strip.first for line in lines)
+        filter_light(compared, parts, Span(first, last), scratch, gain, variance)
+        means = compared.light[:, : shape[2] * GROUPS, first * width : last * width]
+        means = np.moveaxis(means.reshape(*shape[::2], GROUPS, shape[1]), 3, 1)
+        rows = slice(lines.first * width, lines.last * width)
+        return self._return_gain(rows, parts, gain, variance, means, out)
 
     def _return_gain(
         self, lines: slice, parts: Any, gain: Array, variance: Array, means: Array, out: _Filtered
@@ -249,24 +250,22 @@ class SurfaceFilter:
             out.between[number, kept] = mean_of_groups(change**2, parts) / (GROUPS - 1)
         return gained
 
-    def _compare(
-        self, plane: Array, rows: slice, strip: Film, sizes: NDArray[np.float64]
-    ) -> Compared:
-        """Return what the pixels of a strip are compared by."""
-        size, lights = rows.stop - rows.start, len(self._lights)
-        bands, everything = self._lights[0].sums.shape[2], Span(0, size)
+    def _compare(self, lines: Span, footprint: Footprint, sizes: NDArray[np.float64]) -> Compared:
+        """Return what the pixels of some lines, and those around, are compared by."""
+        lights, bands = len(self._lights), self._lights[0].sums.shape[2]
+        strip, _ = cut_strip(self._film, footprint, lines, np.empty((len(footprint.plane), 0)))
+        size, first = strip.planes.shape[1], strip.first * strip.width
         compared = Compared(
-            Footprint(plane, np.ones(size, np.float32), np.inf, RADIUS, TURN),
+            strip,
             *self._pairs,
-            np.empty((lights, size, 2 * bands * GROUPS), np.float32),
-            *np.zeros((2, lights, size, len(PATCHES), GROUPS), np.float32),
+            np.zeros((lights, 2 * bands * GROUPS, size), np.float32),
+            *np.zeros((2, lights, len(PATCHES), GROUPS, size), np.float32),
         )
+        rows = slice(first, first + size)
         for number, light in enumerate(self._lights):
             moments, own = _rows(light.moments.parts[0], rows), self._own(light, rows)
             grouped = Grouped(*(array[:, rows] for array in light[1:]), *sizes)
-            compare_pixels(moments, own, grouped, compared, number, everything)
-        for number in range(lights):
-            smooth_patches(strip, compared, number, everything)
+            compare_pixels(moments, own, grouped, compared, number)
         return compared
 
     def _pool_classes(self, filtered: _Filtered) -> None:
