@@ -29,8 +29,8 @@ from photonmap.film.budget import LEAST_PASSES, usual_photons
 from photonmap.film.relative_error import relative_squares, valid_pixels
 
 FEW = (
-    (1, 0.125), (1, 0.25), (2, 0.25), (4, 0.25), (8, 0.25),
-    (4, 0.5), (8, 0.5), (1, 1.0), (2, 1.0), (4, 1.0),
+    (1, 0.125), (4, 0.125), (1, 0.25), (2, 0.25), (4, 0.25), (8, 0.25),
+    (1, 0.5), (2, 0.5), (4, 0.5), (8, 0.5), (1, 1.0), (2, 1.0), (4, 1.0),
 )  # fmt: skip
 """Passes and `pass_samples` of the first renders, which are compared with the longest one;"""
 AIMED = math.sqrt(LEVELS[1])
