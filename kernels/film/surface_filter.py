@@ -65,11 +65,11 @@ class Compared(NamedTuple):
 
 
 @by_reference
-class Scratch(NamedTuple):
+class LineScratch(NamedTuple):
     """Room for a line of pixels."""
 
     found: np.ndarray  # (W,) uint8, which are averaged with a pair beside them
-    counts: np.ndarray  # (L, W) float32
+    counts: np.ndarray  # (L, W) float32, pixels of patches; pairs, in the second row
     weights: np.ndarray  # (G, W) float32, of that pair
     totals: np.ndarray  # (G, W) float32, of all pairs
     sums: np.ndarray  # (K, 2 N G, W) float32
@@ -81,7 +81,7 @@ def make_scratch(compared):
     width, single = compared.strip.width, np.float32
     found, counts = np.empty(width, np.uint8), np.empty((len(PATCHES), width), single)
     groups = np.empty((2, GROUPS, width), single)
-    return Scratch(found, counts, *groups, np.empty((lights, columns, width), single))
+    return LineScratch(found, counts, *groups, np.empty((lights, columns, width), single))
 
 
 @jit

@@ -172,7 +172,7 @@ class SurfaceFilter:
         film, shape = self._film, self._lights[0].sums.shape[1:]
         filtered = _Filtered(*self._storage.zeros((3, len(self._lights), *shape)))
         plane = self._surfaces()  # before tasks: a resumed render has yet to look, by all workers
-        everywhere = np.ones(len(plane), np.float32)
+        everywhere = np.broadcast_to(np.float32(1.0), len(plane))
         footprint = Footprint(plane, everywhere, np.inf, MARGIN, TURN)
 
         def task(first: int, last: int) -> NDArray[np.float64]:
