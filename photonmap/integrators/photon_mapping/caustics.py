@@ -169,19 +169,9 @@ def _make_rows(count: int, bands: int) -> CausticPhotons:
         np.empty((count, width), np.float32) for width in (5, 6, 3, bands, 2)
     )
     emitted, edge_correction = np.empty((2, count), np.float32)
-    arrived = np.empty(count, bool)
-    triangles = np.empty(count, np.int32)
-    return CausticPhotons(
-        origins,
-        emitted,
-        arrived,
-        positions,
-        arrivals,
-        flux,
-        edge_correction,
-        triangles,
-        barycentrics,
-    )
+    arrived, triangles = np.empty(count, bool), np.empty(count, np.int32)
+    arriving = positions, arrivals, flux, edge_correction, triangles, barycentrics
+    return CausticPhotons(origins, emitted, arrived, *arriving)
 
 
 def _leave_out_lost(photons: CausticPhotons, needed: Collection[str]) -> CausticPhotons:
@@ -202,18 +192,8 @@ def no_caustics(bands: int) -> CausticMap:
 def _map_of(
     photons: CausticPhotons, starts: NDArray[np.int32], radius: float, connected: float
 ) -> CausticMap:
-    positions, arrivals, flux, edge_correction, triangles, barycentrics = photons[3:]
-    return CausticMap(
-        positions,
-        arrivals,
-        flux,
-        edge_correction,
-        starts,
-        radius,
-        triangles,
-        barycentrics,
-        connected,
-    )
+    counted, places = photons[3:7], photons[7:]
+    return CausticMap(*counted, starts, radius, *places, connected)
 
 
 def _lingering_fraction(scene: SceneArrays, bands: int, key: np.uint64) -> float:
