@@ -345,8 +345,8 @@ def filter_light(compared, parts, lines, scratch, gain, variance):
         _add_pairs(compared, line, scratch)
         for column in range(width):
             pixel = (line - lines.first) * width + column
-            gain[0, pixel, 0, 0] = np.nan
             if counts[column] == 0.0:
+                gain[:, pixel] = np.nan
                 continue
             for light in range(lights):
                 for band in range(bands):

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from photonmap.film.give_back import Blocks, give_back, mean_of_groups
+from photonmap.film.blocks import SIDE
 from photonmap.film.moments import RANGE, Accumulator, Change
 from photonmap.film.pooling import take_in
 from photonmap.film.replicates import replicate_size
 from photonmap.kernels.core.passes import Film, Span
-from photonmap.kernels.film.irradiance_sharing import Footprint, cut_strip
+from photonmap.kernels.film.give_back import Averaged, Returned, give_back, make_block_scratch
+from photonmap.kernels.film.irradiance_sharing import Footprint, Strip, cut_strip
 from photonmap.kernels.film.moments import Weight
 from photonmap.kernels.film.surface_filter import (
     GROUPS,
@@ -55,7 +56,7 @@ OWN = np.float32(0.44)
 """The least of the variance that differences between the groups of a pixel show that is stated"""
 WINDOW = 11
 """Pixels across over which that of indirect light is averaged"""
-LINES, MARGIN = 24, RADIUS + PATCHES[-1]
+LINES, MARGIN = 40, RADIUS + PATCHES[-1]
 """Of the image that are filtered at a time, and around them that these need"""
 DARK = 0.1
 """Of mean light, below which variance is taken to be no less"""
@@ -210,62 +211,44 @@ class SurfaceFilter:
         And the sum of its means over bands and reflectance of what is filtered.
         """
         width, sizes = self._film.width, sizes_of_groups(self._lights[0].moments.count)
-        compared = self._compare(lines, footprint, sizes)
+        strip, _ = cut_strip(self._film, footprint, lines, np.empty((len(footprint.plane), 0)))
+        inside = Span(lines.first - strip.first, lines.last - strip.first)
+        inner = slice(inside.first * width, inside.last * width)
+        rows = slice(strip.first * width, strip.first * width + strip.planes.shape[1])
+        owns = [self._own(light, rows) for light in self._lights]
+        compared = self._compare(strip, rows, owns, sizes)
         scratch = make_scratch(compared)
         smooth_patches(compared, scratch)
-        shape = len(self._lights), (lines.last - lines.first) * width, out.gain.shape[2]
-        gain = np.full((*shape, GROUPS), np.nan, np.float32)
-        variance, parts = np.zeros(shape, np.float32), sizes[0] / sizes[0].sum()
-        first, last = (line - compared.strip.first for line in lines)
-        filter_light(compared, parts, Span(first, last), scratch, gain, variance)
-        means = compared.light[:, : shape[2] * GROUPS, first * width : last * width]
-        means = np.moveaxis(means.reshape(*shape[::2], GROUPS, shape[1]), 3, 1)
-        rows = slice(lines.first * width, lines.last * width)
-        return self._return_gain(rows, parts, gain, variance, means, out)
-
-    def _return_gain(
-        self, lines: slice, parts: Any, gain: Array, variance: Array, means: Array, out: _Filtered
-    ) -> NDArray[np.float64]:
-        """Fill some lines, but for what blocks gain, which they return; see `_filter_lines`.
-
-        Of `means` in groups, which have these `parts`, there are gain, (K, P, N, G), and variance.
-        """
-        kept, gained = np.flatnonzero(~np.isnan(gain[0, :, 0, 0])), np.zeros((3, len(gain)))
-        reflectance = self._lights[0].moments.parts[0].reflectance[lines][kept]
-        blocks = Blocks(kept, reflectance, self._film.width)
-        out.gain[:] = np.nan
-        for number, each in enumerate(self._lights):
-            own, change = self._own(each, lines), gain[number, kept].astype(np.float64)
-            before = mean_of_groups(change, parts)
-            value = own.mean[kept] / reflectance + before
-            summed = reflectance * before, own.mean, value.mean(axis=1)
-            gained[:, number] = [image.sum() for image in summed]
-            if len(kept) == 0:
-                continue
-            returned, share = give_back(change, own.variance[kept], value, parts, blocks)
-            out.gain[number, kept] = mean_of_groups(change, parts)
-            out.stated[number, kept] = variance[number, kept] + share[:, None] ** 2 * returned
-            change += means[number, kept]
-            change -= mean_of_groups(change, parts)[..., None]
-            out.between[number, kept] = mean_of_groups(change**2, parts) / (GROUPS - 1)
+        shape = len(owns), *out.gain.shape[1:]
+        gain, after = np.empty((*shape, GROUPS), np.float32), np.empty(shape, np.float32)
+        parts = sizes[0] / sizes[0].sum()
+        filter_light(compared, parts, inside, scratch, gain, after)
+        reflectance = self._lights[0].moments.parts[0].reflectance[rows][inner]
+        room, gained = make_block_scratch(SIDE, *gain.shape[2:]), np.empty((3, len(owns)))
+        for number, own in enumerate(owns):
+            before, shown = _rows(own, inner), compared.light[number, : gain[0, 0].size, inner]
+            averaged = Averaged(
+                *before[:2], reflectance, shown, parts, gain[number], after[number]
+            )
+            left = Returned(*(array[number] for array in out))
+            gained[:, number] = give_back(averaged, width, SIDE, room, left)
         return gained
 
-    def _compare(self, lines: Span, footprint: Footprint, sizes: NDArray[np.float64]) -> Compared:
-        """Return what the pixels of some lines, and those around, are compared by."""
+    def _compare(
+        self, strip: Strip, rows: slice, owns: list[Own], sizes: NDArray[np.float64]
+    ) -> Compared:
+        """Return what the pixels of a strip, which are rows of the image, are compared by."""
         lights, bands = len(self._lights), self._lights[0].sums.shape[2]
-        strip, _ = cut_strip(self._film, footprint, lines, np.empty((len(footprint.plane), 0)))
-        size, first = strip.planes.shape[1], strip.first * strip.width
+        size = rows.stop - rows.start
         compared = Compared(
             strip,
             *self._pairs,
             np.zeros((lights, 2 * bands * GROUPS, size), np.float32),
             *np.zeros((2, lights, len(PATCHES), GROUPS, size), np.float32),
         )
-        rows = slice(first, first + size)
-        for number, light in enumerate(self._lights):
-            moments, own = _rows(light.moments.parts[0], rows), self._own(light, rows)
+        for number, (light, own) in enumerate(zip(self._lights, owns, strict=True)):
             grouped = Grouped(*(array[:, rows] for array in light[1:]), *sizes)
-            compare_pixels(moments, own, grouped, compared, number)
+            compare_pixels(_rows(light.moments.parts[0], rows), own, grouped, compared, number)
         return compared
 
     def _pool_classes(self, filtered: _Filtered) -> None:
