@@ -201,9 +201,9 @@ needed over those of eighths. Means over the Cornell box, `studio`, `kitchen` an
 128×128 and 160×120."""
 COSTS_OF_MANY = {0.125: (0.29, 1.0), 0.25: (0.33, 0.76), 0.5: (0.56, 0.37), 1.0: (1.0, 0.15)}
 """The same where a light tree chooses among many emitters: `kitchen` and `vase`, 320×240."""
-LEAST_OF_MANY = 16
-"""Light samples of a pixel there, unless there are fewer in a full pass: fewer leave emitters out,
-so that variance falls with the square of their number or faster."""
+LEAST_LIGHTS = 16
+"""Light samples of a pixel that has more in a full pass, since emitters are many, wide or hidden in
+part: fewer leave some out, so that variance falls with the square of their number or faster."""
 MOST_LIGHTS = 4
 """Light samples of a pixel up to which one camera sample serves all; more are for penumbrae."""
 PHOTONS = 2
@@ -237,11 +237,11 @@ def photons_of(photons: int, size: float) -> int:
     return max(int(min(more * size, photons)), min(photons, LEAST_PHOTONS))
 
 
-def resize(plan: SamplingPlan, size: float, many: bool = False) -> SamplingPlan:
+def resize(plan: SamplingPlan, size: float) -> SamplingPlan:
     """Return a plan with fewer samples of the camera, or where these are few, of everything.
 
-    Where edges of surfaces or shadows may cross a pixel, half of those of the camera are kept;
-    `LEAST_OF_MANY` light samples are kept where a light tree chooses among `many` emitters.
+    Where edges of surfaces or shadows may cross a pixel, half of those of the camera are kept; where
+    there are more than `LEAST_LIGHTS` light samples, so many are.
     """
     if size == 1.0:
         return plan
@@ -254,9 +254,9 @@ def resize(plan: SamplingPlan, size: float, many: bool = False) -> SamplingPlan:
         samples[part] = np.maximum(np.where(is_uneven, np.maximum(wanted, 0.5 * usual), wanted), 1)
         rest = wanted / samples[part]
         lights[part] = _scaled(plan.lights[part], rest)
-        if many:
-            least = np.minimum(usual.astype(np.float32) * plan.lights[part], LEAST_OF_MANY)
-            lights[part] = np.maximum(lights[part], np.ceil(least / samples[part]))
+        has_more = usual.astype(np.float32) * plan.lights[part] > LEAST_LIGHTS
+        least = np.where(has_more, np.ceil(LEAST_LIGHTS / samples[part]), 0.0)
+        lights[part] = np.maximum(lights[part], least)
         gathers[part] = _scaled(plan.gathers[part], rest)
     return plan._replace(samples=samples, lights=lights, gathers=gathers)
 

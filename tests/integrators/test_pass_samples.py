@@ -9,7 +9,7 @@ from helpers.marks import slow
 import photonmap as pm
 from photonmap.film.budget import LEAST_PASSES, LEAST_PHOTONS, PASS_SAMPLES, Goal
 from photonmap.integrators.adaptive_sampling import (
-    LEAST_OF_MANY,
+    LEAST_LIGHTS,
     LOOSE,
     MOST_LIGHTS,
     choose_size,
@@ -95,20 +95,19 @@ def test_the_cheapest_size_is_chosen():
     assert first_size(Goal(0.9 * LOOSE)) == first_size(None) == 1.0
 
 
-@pytest.mark.parametrize("many", [False, True])
 @pytest.mark.parametrize("size", PASS_SAMPLES)
-def test_as_many_rays_as_the_size_says(size, many):
-    """Fewer of the camera first, at least one of each kind that there was, 16 of many lights."""
-    counts = np.array([[16, 4, 1, 1], [8, 1, 32, 1], [16, 4, 8, 0]], np.uint8)
-    plan = resize(SamplingPlan(*counts, np.zeros(4, np.float32)), size, many)
+def test_as_many_rays_as_the_size_says(size):
+    """Fewer of the camera first, at least one of each kind, 16 of lights where there were more."""
+    counts = np.array([[16, 4, 1, 1, 1], [8, 1, 32, 1, 16], [16, 4, 8, 0, 8]], np.uint8)
+    plan = resize(SamplingPlan(*counts, np.zeros(5, np.float32)), size)
     rays = plan.samples.astype(int) * [plan.lights, plan.gathers]
     assert (plan.samples >= 1).all()
     is_uneven = (counts[0] > SAMPLES) | (counts[0] * size * counts[1] > MOST_LIGHTS)
     least = np.where(is_uneven, counts[0] * max(size, 0.5), counts[0] * size)
     np.testing.assert_array_equal(plan.samples, np.maximum(least, 1))
     wanted = np.maximum(np.ceil(counts[0] * size * counts[1:]), counts[1:] > 0)
-    if many:
-        wanted[0] = np.maximum(wanted[0], np.minimum(counts[0] * counts[1], LEAST_OF_MANY))
+    has_more = counts[0] * counts[1] > LEAST_LIGHTS
+    wanted[0] = np.where(has_more, np.maximum(wanted[0], LEAST_LIGHTS), wanted[0])
     np.testing.assert_array_equal(rays, wanted)
 
 

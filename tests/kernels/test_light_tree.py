@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 import trimesh
 from helpers.comparisons import assert_within
+from helpers.passes import setup_of
 from scipy import stats
 
 import photonmap as pm
 from photonmap.compile.lights import emitters
 from photonmap.compile.scene_arrays import compile_scene
+from photonmap.integrators.choice import make_integrator
 from photonmap.kernels.core import rng
 from photonmap.kernels.core.jit import kernel
 from photonmap.kernels.lights.selection import (
@@ -19,6 +21,7 @@ from photonmap.kernels.lights.selection import (
     selection_probability,
     weigh_emitters,
 )
+from photonmap.runtime.workers import Workers
 from photonmap.spectra.bands import Bands
 
 SAMPLES = 40_000
@@ -172,5 +175,11 @@ def test_the_tree_changes_the_error_alone(many, monkeypatch):
     assert ratio < 0.25
 
 
-def test_few_lights_need_no_tree(cornell):
-    assert compile_scene(cornell, Bands.parse("rgb"), 1.0).lights.tree is None
+@pytest.mark.parametrize(("lights", "has_tree"), [("few", False), ("many", True)])
+def test_few_lights_need_no_tree(lights, has_tree, request):
+    """Nor passes of a size that is cheapest where there is one."""
+    compiled = compile_scene(request.getfixturevalue(lights), Bands.parse("rgb"))
+    assert (compiled.lights.tree is not None) == has_tree
+    with Workers(1) as workers:
+        integrator = make_integrator("photon", setup_of(compiled, workers))
+        assert integrator.many_lights == has_tree

@@ -93,7 +93,7 @@ class CacheTracer:
         counters.truncated += truncated
         counters.photons += total
         # Short rays find out what stands near, where it may be specular, or else whether anything.
-        shadow = short if scene.specular is None else 0
+        shadow = 0 if scene.specular else short
         counters.add_rays(photon=rays + short - shadow, shadow=shadow)
         radiosity = setup.storage.zeros((layout.number, setup.bands))
         setup.workers.ranges(

@@ -86,7 +86,7 @@ class PhotonIntegrator:
     @property
     def many_lights(self) -> bool:
         """Whether a light tree chooses among emitters."""
-        return self._setup.compiled.arrays.lights.tree is not None
+        return self._setup.compiled.lights.tree is not None
 
     @property
     def has_supports(self) -> bool:
@@ -177,7 +177,7 @@ class PhotonIntegrator:
         self._size = size
         vars(self).pop("_tracer", None)
         with self._setting_up():
-            self.plan = resize(self._usual_plan, size, self.many_lights)
+            self.plan = resize(self._usual_plan, size)
 
     @cached_property
     def plan(self) -> SamplingPlan:
