@@ -92,7 +92,7 @@ def refuse_omitted(goal: Goal | None, kept: Collection[str], lacking: Collection
 
 
 DEFAULT_ERROR = 0.02
-LEAST_PASSES = 8
+LEAST_PASSES = 4
 """Before these, a spread over passes is too uncertain to stop on."""
 NEAR = 1.5
 """Errors over the goal from which on light is filtered to see whether that meets it."""

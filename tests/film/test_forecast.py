@@ -29,7 +29,7 @@ def test_an_error_falls_with_the_root_of_passes():
     assert forecast.total(1, math.inf, 1.0, 0.0) == math.inf
     assert forecast.pairs == []
     assert forecast.total(4, 0.1, 4.0, 0.0) == pytest.approx(100.0)
-    assert forecast.total(5, 0.02, 5.0, 0.0) == pytest.approx(8.0)
+    assert forecast.total(3, 0.02, 3.0, 0.0) == pytest.approx(4.0)
     assert forecast.total(25, 0.04, 25.0, 0.0) == pytest.approx(100.0)
 
 

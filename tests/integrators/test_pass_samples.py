@@ -87,9 +87,9 @@ def test_a_resumed_render_keeps_its_size(cornell, tmp_path, error):
 
 
 def test_the_cheapest_size_is_chosen():
-    needed = dict(zip((LEAST_PASSES, 15, 40, 80, math.inf), (*PASS_SAMPLES, 1.0), strict=True))
+    needed = dict(zip((LEAST_PASSES, 8, 20, 40, math.inf), (*PASS_SAMPLES, 1.0), strict=True))
     assert {passes: choose_size(passes) for passes in needed} == needed
-    many = dict(zip((8, 12, 25, 70, math.inf), (*PASS_SAMPLES, 1.0), strict=True))
+    many = dict(zip((LEAST_PASSES, 8, 12, 25, math.inf), (*PASS_SAMPLES, 1.0), strict=True))
     assert {passes: choose_size(passes, many=True) for passes in many} == many
     assert first_size(Goal(LOOSE)) == 0.125
     assert first_size(Goal(0.9 * LOOSE)) == first_size(None) == 1.0
