@@ -12,7 +12,6 @@ import numpy as np
 from photonmap.kernels.core import passes
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.record_types import by_reference
-from photonmap.kernels.core.warp import INV_PI
 
 GOAL_BUFFERS = (
     "radiance", "direct", "indirect", "caustics", "residual", "fluorescence", "shading",
@@ -43,7 +42,7 @@ def shift_ratio(spread, comoment, denominator_spread, old, new):
     return spread - 2.0 * step * comoment + step * (new + old) * denominator_spread
 
 
-_welford_step, _shift_ratio = jit(welford_step), jit(shift_ratio)
+_shift_ratio = jit(shift_ratio)
 
 
 @by_reference
@@ -108,116 +107,31 @@ class Weight(NamedTuple):
     gain: float  # factor on what the spread gains
 
 
-@jit
-def _widen(spread, pixel, band, gain, weight):
-    """Take what a spread gains into it."""
-    spread[pixel, band] = spread[pixel, band] * weight.keep + gain * weight.gain
-
-
-@jit
-def _add(mean, spread, pixel, band, value, weight):
-    """Take one value into a mean and its spread; return its deviation from the old mean."""
-    mean[pixel, band], gain, deviation = _welford_step(value, mean[pixel, band], weight.part)
-    _widen(spread, pixel, band, gain, weight)
-    return deviation
-
-
-@jit
-def _seen_parts(seen, pixel, band):
-    """Return what a pass estimates via specular surfaces: 0 where there are none."""
-    # The caustic that the first hit reflects, its irradiance there, and the direct, indirect and
-    # caustic light seen in mirrors and through glass.
-    if seen is None:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    return (
-        float(seen[passes.FIRST_CAUSTIC, pixel, band]),
-        float(seen[passes.CAUSTIC_IRRADIANCE, pixel, band]),
-        float(seen[passes.VIA_DIRECT, pixel, band]),
-        float(seen[passes.VIA_INDIRECT, pixel, band]),
-        float(seen[passes.VIA_CAUSTIC, pixel, band]),
-    )
-
-
-@jit
-def _add_specular(specular, pixel, band, caustics, residual, weight):
-    """Take caustics and residual into their moments; return the residual's deviation."""
-    if specular is None:
-        return 0.0
-    _add(specular.caustics, specular.caustics_spread, pixel, band, caustics, weight)
-    return _add(specular.residual, specular.residual_spread, pixel, band, residual, weight)
-
-
-@jit
-def _reradiated(fluorescence, seen, pixel, band):
-    """Return what first hits re-emit, for direct and for indirect light: 0 where none does."""
-    if fluorescence is None:
-        return 0.0, 0.0
-    return (
-        float(seen[passes.FLUORESCENT_DIRECT, pixel, band]),
-        float(seen[passes.FLUORESCENT_INDIRECT, pixel, band]),
-    )
-
-
-@jit
-def _add_fluorescence(fluorescence, seen, pixel, band, weight):
-    """Take fluorescence and excitation into their moments; return the deviation of the first."""
-    if fluorescence is None:
-        return 0.0
-    direct, indirect = _reradiated(fluorescence, seen, pixel, band)
-    excitation = float(seen[passes.EXCITATION_DIRECT, pixel, band]) + float(
-        seen[passes.EXCITATION_INDIRECT, pixel, band]
-    )
-    mean = fluorescence
-    _add(mean.fluorescence_direct, mean.fluorescence_direct_spread, pixel, band, direct, weight)
-    _add(
-        mean.fluorescence_indirect, mean.fluorescence_indirect_spread, pixel, band, indirect, weight
-    )
-    _add(mean.excitation, mean.excitation_spread, pixel, band, excitation, weight)
-    whole = direct + indirect
-    return _add(mean.fluorescence, mean.fluorescence_spread, pixel, band, whole, weight)
-
-
 @kernel
-def add_pass(moments, specular, pixels, seen, step, first, last):
-    """Take pixels of a pass into the moments; `specular`, `seen` are None in Lambertian scenes.
+def change_light(change, counts, reflectance, light, spreads, first, last):
+    """Change the mean of direct or indirect light of some pixels by a gain over reflectance.
 
-    `seen` is `Estimate.via_specular`. By the `Weight` of `step`, they may be means over passes.
+    `change` is that gain and the variance of the mean with it, over reflectance, (P, N); where gain
+    is NaN, nothing changes. `light` is the mean, its spread, and that of the other light, with
+    which it remains as correlated as it was; `spreads` are those of diffuse light and radiance,
+    which are the same there.
     """
+    gain, variance = change
+    mean, spread, others = light
+    diffuse_spread, radiance_spread = spreads
     for pixel in range(first, last):
-        moments.counts[pixel] += np.uint32(step.part)
-        weight = Weight(step.part / moments.counts[pixel], step.keep, step.gain)
-        rest = 1.0 - weight.part
-        moments.coverage[pixel] += (pixels.coverage[pixel] - moments.coverage[pixel]) * weight.part
-        moments.found[pixel] |= pixels.lookups[pixel]
-        for band in range(pixels.direct.shape[1]):
-            caustic, caustic_light, via_direct, via_indirect, via_caustic = _seen_parts(
-                seen, pixel, band
-            )
-            sent_direct, sent_indirect = _reradiated(moments.fluorescence, seen, pixel, band)
-            emission = float(pixels.emission[pixel, band])
-            direct = float(pixels.direct[pixel, band]) + (via_direct + sent_direct)
-            indirect = float(pixels.indirect[pixel, band]) + (
-                caustic + via_indirect + via_caustic + sent_indirect
-            )
-            reflectance = float(pixels.reflectance[pixel, band])
-            irradiance = INV_PI * (
-                float(pixels.irradiance_direct[pixel, band])
-                + (float(pixels.irradiance_indirect[pixel, band]) + caustic_light)
-            )
-            e = _add(moments.emission, moments.emission_spread, pixel, band, emission, weight)
-            d = _add(moments.direct, moments.direct_spread, pixel, band, direct, weight)
-            i = _add(moments.indirect, moments.indirect_spread, pixel, band, indirect, weight)
-            r = _add(
-                moments.reflectance, moments.reflectance_spread, pixel, band, reflectance, weight
-            )
-            _add(moments.irradiance, moments.irradiance_spread, pixel, band, irradiance, weight)
-            residual = via_direct + via_indirect + via_caustic
-            s = _add_specular(specular, pixel, band, caustic + via_caustic, residual, weight)
-            s += _add_fluorescence(moments.fluorescence, seen, pixel, band, weight)
-            diffuse, radiance = d + i - s, e + d + i
-            _widen(moments.diffuse_spread, pixel, band, diffuse * diffuse * rest, weight)
-            _widen(moments.radiance_spread, pixel, band, radiance * radiance * rest, weight)
-            _widen(moments.product, pixel, band, diffuse * r * rest, weight)
+        count = float(counts[pixel])
+        for band in range(mean.shape[1]):
+            if math.isnan(gain[pixel, band]):
+                continue
+            r, old = reflectance[pixel, band], float(spread[pixel, band])
+            new = variance[pixel, band] * r * r * max(count * (count - 1.0), 1.0)
+            both = radiance_spread[pixel, band] - (old + others[pixel, band])
+            both *= math.sqrt(new / old) if old > 0.0 else 1.0
+            whole = max(new + others[pixel, band] + both, 0.0)
+            mean[pixel, band] = max(mean[pixel, band] + gain[pixel, band] * r, 0.0)
+            spread[pixel, band] = new
+            diffuse_spread[pixel, band] = radiance_spread[pixel, band] = whole
 
 
 @jit

@@ -17,6 +17,7 @@ import numpy as np
 from photonmap.kernels.core.jit import jit, kernel, vectorized
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.film.irradiance_sharing import Strip, find_pairs
+from photonmap.kernels.film.moments import welford_step
 from photonmap.kernels.film.pixels import FLAT
 
 GROUPS = 4
@@ -27,6 +28,8 @@ CONSTANT = 1e-12
 """Variance of reflectance, relative to its square, that is rounding"""
 TINY = 1e-30
 """In place of no variance at all"""
+
+_welford_step = jit(welford_step)
 
 
 @by_reference
@@ -82,6 +85,24 @@ def make_scratch(compared):
     found, counts = np.empty(width, np.uint8), np.empty((len(PATCHES), width), single)
     groups = np.empty((2, GROUPS, width), single)
     return LineScratch(found, counts, *groups, np.empty((lights, columns, width), single))
+
+
+@kernel
+def add_to_group(value, passes, count, span, sums, mean, spread):
+    """Take the mean of some passes into what a group has of a light, in a span of pixels.
+
+    `value` is (P, N) float32; the group has `count` passes with them. The rest are rows of its
+    arrays in `Grouped`.
+    """
+    bands = value.shape[1]
+    for pixel in range(span.first, span.last):
+        average = 0.0
+        for band in range(bands):
+            sums[pixel, band] += value[pixel, band] * np.float32(passes)
+            average += value[pixel, band]
+        average /= bands
+        mean[pixel], gain, _ = _welford_step(average, mean[pixel], passes / count)
+        spread[pixel] += gain * passes
 
 
 @jit

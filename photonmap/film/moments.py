@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Container, Mapping
 from copy import copy
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,13 +13,14 @@ from photonmap.buffers import BY_NAME, names_where
 from photonmap.film.relative_error import Mask, dark_floor, valid_pixels
 from photonmap.film.replicates import ONE_PASS
 from photonmap.kernels.core.passes import EMPTY, FOUND, TRUNCATED, Pixels
+from photonmap.kernels.film.add_pass import add_pass, make_chunk_scratch
 from photonmap.kernels.film.moments import (
     GOAL_BUFFERS,
     FluorescenceMoments,
     Moments,
     SpecularMoments,
     Weight,
-    add_pass,
+    change_light,
     finish_shading,
     list_relative_variance,
     sum_relative_variance,
@@ -96,8 +98,11 @@ class Accumulator:
 
         Or with another weight, the means over the passes of a replicate.
         """
-        what = self._moments, self._specular, pixels, seen, weight
-        self._over_pixels(lambda first, last: add_pass(*what, first, last))
+        what = *map(flat, (self._moments, self._specular, pixels)), flat(seen, 1), weight
+        bands = len(self._weights)
+        self._over_pixels(
+            lambda first, last: add_pass(*what, first, last, make_chunk_scratch(bands))
+        )
         self.count += int(weight.part)
 
     @property
@@ -124,27 +129,20 @@ class Accumulator:
         they were.
         """
         changed, own = copy(self), self._moments
-        spreads = [f"{name}_spread" for name in changes] + ["diffuse_spread", "radiance_spread"]
-        arrays = {name: self._storage.zeros((self._size, len(self._weights))) for name in spreads}
-        arrays |= {name: self._storage.zeros(own.direct.shape, np.float64) for name in changes}
-        for part in strips(self._size):
-            before = {name: getattr(own, f"{name}_spread")[part] for name in ("direct", "indirect")}
-            after, both = dict(before), own.radiance_spread[part] - sum(before.values())
-            is_changed = np.zeros(both.shape, bool)
-            r = own.reflectance[part]
-            norm = r * r * self._divisor(part)[:, None]
-            for name, (gain, variance) in changes.items():
-                here = ~np.isnan(gain[part])
-                mean, old = getattr(own, name)[part], before[name]
-                arrays[name][part] = np.where(here, np.maximum(mean + gain[part] * r, 0.0), mean)
-                after[name] = np.where(here, variance[part] * norm, old)
-                ratio = np.divide(after[name], old, out=np.ones_like(norm), where=old > 0.0)
-                arrays[f"{name}_spread"][part], is_changed = after[name], is_changed | here
-                both = both * np.sqrt(ratio)
-            whole = np.maximum(sum(after.values()) + both, 0.0)
-            for name in ("diffuse_spread", "radiance_spread"):
-                arrays[name][part] = np.where(is_changed, whole, getattr(own, name)[part])
-        changed._moments = own._replace(**arrays)
+        names = {part for name in changes for part in (name, f"{name}_spread")}
+        arrays = {}
+        for name in (*names, "diffuse_spread", "radiance_spread"):
+            before = getattr(own, name)
+            arrays[name] = self._storage.zeros(before.shape, before.dtype)
+            for part in strips(self._size):
+                arrays[name][part] = before[part]
+        changed._moments = new = own._replace(**arrays)
+        spreads = new.diffuse_spread, new.radiance_spread
+        for name, other in (("direct", new.indirect_spread), ("indirect", new.direct_spread)):
+            if name in changes:
+                light = getattr(new, name), getattr(new, f"{name}_spread"), other
+                what = tuple(changes[name]), own.counts, own.reflectance, light, spreads
+                self._over_pixels(partial(change_light, *what))
         return changed
 
     def error(
@@ -349,3 +347,12 @@ class Accumulator:
 
     def _over_pixels(self, task: Callable[[int, int], Any]) -> list[Any]:
         return self._workers.ranges(task, self._size, RANGE, uninterrupted=True)
+
+
+def flat(record: Any, axis: int = 0) -> Any:
+    """Return a record whose arrays, and those of records in it, have one axis from this one on."""
+    if record is None:
+        return None
+    if isinstance(record, np.ndarray):
+        return record.reshape(*record.shape[:axis], -1)
+    return type(record)(*(flat(part, axis) for part in record))

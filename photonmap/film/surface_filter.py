@@ -17,12 +17,10 @@ from scipy.ndimage import uniform_filter
 
 from photonmap.film.blocks import SIDE
 from photonmap.film.moments import RANGE, Accumulator, Change
-from photonmap.film.pooling import take_in
 from photonmap.film.replicates import replicate_size
 from photonmap.kernels.core.passes import Film, Span
 from photonmap.kernels.film.give_back import Averaged, Returned, give_back, make_block_scratch
 from photonmap.kernels.film.irradiance_sharing import Footprint, Strip, cut_strip
-from photonmap.kernels.film.moments import Weight
 from photonmap.kernels.film.surface_filter import (
     GROUPS,
     PATCHES,
@@ -30,6 +28,7 @@ from photonmap.kernels.film.surface_filter import (
     Compared,
     Grouped,
     Own,
+    add_to_group,
     compare_pixels,
     filter_light,
     make_scratch,
@@ -156,15 +155,11 @@ class SurfaceFilter:
     def add(self, value: Array, light: int, index: int, passes: float) -> None:
         """Take in one light, (P, N): the mean of so many passes from number `index` on."""
         group = group_of(index)
-        total, mean, spread = (array[group] for array in self._lights[light][1:])
-        count = int(sizes_of_groups(index)[0, group] + passes)
-        weight = Weight(passes, 1.0, passes)
+        sums = [array[group] for array in self._lights[light][1:]]
+        count = sizes_of_groups(index)[0, group] + passes
 
         def add(first: int, last: int) -> None:
-            part = slice(first, last)
-            total[part] += value[part] * np.float32(passes)
-            average = value[part].mean(axis=1, dtype=np.float64)
-            take_in(average, count, mean[part], spread[part], weight)
+            add_to_group(value, passes, count, Span(first, last), *sums)
 
         self._workers.ranges(add, len(value), RANGE, uninterrupted=True)
 
@@ -227,9 +222,7 @@ class SurfaceFilter:
         room, gained = make_block_scratch(SIDE, *gain.shape[2:]), np.empty((3, len(owns)))
         for number, own in enumerate(owns):
             before, shown = _rows(own, inner), compared.light[number, : gain[0, 0].size, inner]
-            averaged = Averaged(
-                *before[:2], reflectance, shown, parts, gain[number], after[number]
-            )
+            averaged = Averaged(*before[:2], reflectance, shown, parts, gain[number], after[number])
             left = Returned(*(array[number] for array in out))
             gained[:, number] = give_back(averaged, width, SIDE, room, left)
         return gained

@@ -240,8 +240,8 @@ def photons_of(photons: int, size: float) -> int:
 def resize(plan: SamplingPlan, size: float) -> SamplingPlan:
     """Return a plan with fewer samples of the camera, or where these are few, of everything.
 
-    Where edges of surfaces or shadows may cross a pixel, half of those of the camera are kept; where
-    there are more than `LEAST_LIGHTS` light samples, so many are.
+    Where edges of surfaces or shadows may cross a pixel, half of those of the camera are kept, and
+    of more than `LEAST_LIGHTS` light samples so many.
     """
     if size == 1.0:
         return plan

@@ -19,6 +19,7 @@ from photonmap.buffers import BUFFERS
 from photonmap.compile.scene_arrays import CompiledScene, compile_scene, variant_of
 from photonmap.compile.spectral_columns import SpectralColumns
 from photonmap.errors import InputError
+from photonmap.film.light_filter import FILTERED, LEAST_PASSES, LightFilter
 from photonmap.film.light_groups import LightGroups
 from photonmap.integrators.base import PassSetup
 from photonmap.integrators.choice import make_integrator
@@ -28,7 +29,6 @@ from photonmap.kernels.core.code_cache import CODE_FOLDER, SHIPPED_FOLDER, is_lo
 from photonmap.kernels.core.jit import CACHE_FOLDER
 from photonmap.kernels.core.passes import Film
 from photonmap.kernels.core.streams import Domain
-from photonmap.runtime.storage import RAM
 from photonmap.runtime.workers import Workers
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import PointLight
@@ -112,11 +112,18 @@ def _compile_other_kernels(small: Scene, bands: Bands, workers: Workers, method:
     setup = _setup(small, bands, workers)
     columns = SpectralColumns(np.arange(bands.count))
     compiled = setup.compiled
+    integrator, plane = make_integrator(method, setup), np.zeros((1, 7), np.float32)
+    light_filter = LightFilter(FILTERED, _FILM, workers, lambda: plane)
     moments = LightGroups(
-        columns, _FILM, workers, compiled.has_residual, RAM, compiled.fluorescence is not None
+        columns,
+        _FILM,
+        workers,
+        compiled.has_residual,
+        fluorescent=compiled.fluorescence is not None,
+        light_filter=light_filter if integrator.shares else None,
     )
-    estimate = make_integrator(method, setup).compile_other_kernels()
-    for _ in range(2):
+    estimate = integrator.compile_other_kernels()
+    for _ in range(LEAST_PASSES):
         moments.add(estimate.pixels, estimate.via_specular)
     for percentile in (None, 50.0):
         moments.whole.error(percentile=percentile)

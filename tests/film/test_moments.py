@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from helpers.estimates import empty_pixels
 
-from photonmap.film.moments import Accumulator
+from photonmap.film.moments import Accumulator, flat
 from photonmap.film.replicates import ONE_PASS
 from photonmap.kernels.core.passes import EMPTY, FIRST_CAUSTIC, FOUND, VIA_CAUSTIC
-from photonmap.kernels.film.moments import GOAL_BUFFERS, add_pass
+from photonmap.kernels.film.add_pass import add_pass, make_chunk_scratch
+from photonmap.kernels.film.moments import GOAL_BUFFERS
 from photonmap.runtime.workers import Workers
 
 SIZE, BANDS, PASSES = 50, 3, 7
@@ -105,10 +106,11 @@ def test_each_pixel_counts_its_own_passes(stacked):
     ends = {0: PASSES, 20: 0, 30: 1, 40: 3}
     with Workers(1) as workers:
         moments = Accumulator(SIZE, BANDS, workers)
+        own, scratch = flat(moments.parts[0]), make_chunk_scratch(BANDS)
         for index, pixels in enumerate(passes):
             for (first, count), last in zip(ends.items(), (20, 30, 40, SIZE), strict=True):
                 if index < count:
-                    add_pass(moments._moments, None, pixels, None, ONE_PASS, first, last)
+                    add_pass(own, None, flat(pixels), None, ONE_PASS, first, last, scratch)
             moments.count += 1
         buffers, errors = moments.finish(2.0)
         assert moments.error() == np.inf
