@@ -15,6 +15,7 @@ next ones take samples.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -195,12 +196,12 @@ PILOT_PASSES = 2
 """Passes after which the size of the others is chosen."""
 LOOSE = 0.01
 """Error from which on a goal is worth the pilot passes."""
-COSTS = {0.125: (0.25, 1.0), 0.25: (0.33, 0.51), 0.5: (0.55, 0.22), 1.0: (1.0, 0.093)}
+COSTS = {0.125: (0.3, 1.0), 0.25: (0.36, 0.55), 0.5: (0.56, 0.28), 1.0: (1.0, 0.15)}
 """By fractions of the usual samples: the time of a pass over that of a full one, and the passes
-needed over those of eighths. Means over the Cornell box, `studio`, `kitchen` and `living_room`,
-128×128 and 160×120."""
-COSTS_OF_MANY = {0.125: (0.29, 1.0), 0.25: (0.33, 0.76), 0.5: (0.56, 0.37), 1.0: (1.0, 0.15)}
-"""The same where a light tree chooses among many emitters: `kitchen` and `vase`, 320×240."""
+needed over those of eighths. About what they are in the Cornell box and `studio`, 128×128."""
+COSTS_OF_MANY = {0.125: (0.48, 1.0), 0.25: (0.52, 0.7), 0.5: (0.72, 0.43), 1.0: (1.0, 0.3)}
+"""The same where a light tree chooses among many emitters: `kitchen`, `living_room` and `vase`,
+160×120."""
 LEAST_LIGHTS = 16
 """Light samples of a pixel that has more in a full pass, since emitters are many, wide or hidden in
 part: fewer leave some out, so that variance falls with the square of their number or faster."""
@@ -237,11 +238,12 @@ def photons_of(photons: int, size: float) -> int:
     return max(int(min(more * size, photons)), min(photons, LEAST_PHOTONS))
 
 
-def resize(plan: SamplingPlan, size: float) -> SamplingPlan:
+def resize(plan: SamplingPlan, size: float, flat: NDArray[Any]) -> SamplingPlan:
     """Return a plan with fewer samples of the camera, or where these are few, of everything.
 
-    Where edges of surfaces or shadows may cross a pixel, half of those of the camera are kept, and
-    of more than `LEAST_LIGHTS` light samples so many.
+    Pixels that are not `flat`, (P,), share no light and are not filtered: they keep all samples.
+    Where edges of shadows or specular surfaces may cross a pixel, half of those of the camera are
+    kept, and of more than `LEAST_LIGHTS` light samples so many.
     """
     if size == 1.0:
         return plan
@@ -249,7 +251,8 @@ def resize(plan: SamplingPlan, size: float) -> SamplingPlan:
         np.empty_like(counts) for counts in (plan.samples, plan.lights, plan.gathers)
     )
     for part in strips(len(samples)):
-        usual, wanted = plan.samples[part], plan.samples[part] * size
+        usual = plan.samples[part]
+        wanted = np.where(flat[part] == 0.0, usual, usual * size)
         is_uneven = (usual > SAMPLES) | (wanted * plan.lights[part] > MOST_LIGHTS)
         samples[part] = np.maximum(np.where(is_uneven, np.maximum(wanted, 0.5 * usual), wanted), 1)
         rest = wanted / samples[part]

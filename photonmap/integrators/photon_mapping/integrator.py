@@ -52,6 +52,7 @@ from photonmap.kernels.film.irradiance_sharing import (
     share_fluorescence,
     share_irradiance,
 )
+from photonmap.kernels.film.pixels import FLAT
 from photonmap.kernels.integrators.camera_pass import Turn, camera_pass
 
 
@@ -177,7 +178,7 @@ class PhotonIntegrator:
         self._size = size
         vars(self).pop("_tracer", None)
         with self._setting_up():
-            self.plan = resize(self._usual_plan, size)
+            self.plan = resize(self._usual_plan, size, self.surfaces[:, FLAT])
 
     @cached_property
     def plan(self) -> SamplingPlan:
