@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from photonmap.kernels.core import vec
 from photonmap.kernels.core.jit import jit, kernel
 from photonmap.kernels.core.record_types import by_reference
 
@@ -105,13 +104,10 @@ def _value_of(averaged, pixel, band):
 
 @jit
 def _add_up(averaged, members, scratch):
-    """Fill sums over pixels; return those of variance and light, (2,), and what was gained, (3,).
-
-    The latter as `give_back` returns it.
-    """
+    """Fill sums over pixels; return those of variance and light, (2,), and of what light gains."""
     bands, groups = scratch.gain.shape
     scratch.gain[:], scratch.variance[:] = 0.0, 0.0
-    variance = gained = of = light = 0.0
+    variance = gained = light = 0.0
     for pixel in members:
         for band in range(bands):
             for group in range(groups):
@@ -119,9 +115,8 @@ def _add_up(averaged, members, scratch):
             scratch.variance[band] += averaged.variance[pixel, band]
             variance += averaged.variance[pixel, band]
             gained += averaged.reflectance[pixel, band] * _gain_of(averaged, pixel, band)
-            of += averaged.mean[pixel, band]
             light += _value_of(averaged, pixel, band)
-    return (max(variance, TINY), max(light, TINY)), (gained, of, light / bands)
+    return (max(variance, TINY), max(light, TINY)), gained
 
 
 @jit
@@ -169,13 +164,16 @@ def _return_gain(averaged, pixel, share, scratch, out):
 
 @jit
 def _give_back_alike(averaged, members, scratch, out):
-    """Give back what pixels of one reflectance gained together; return what `_add_up` returns."""
+    """Give back what pixels of one reflectance gained together.
+
+    Return the sums of what light gained, and of light over reflectance.
+    """
     sums, gained = _add_up(averaged, members, scratch)
     by_light = _exceeds_light(averaged, members, sums, scratch)
     for pixel in members:
         share = _share(averaged, pixel, sums, by_light)
         _return_gain(averaged, pixel, share, scratch, out)
-    return gained
+    return gained, sums[1]
 
 
 @kernel
@@ -185,16 +183,16 @@ def give_back(averaged, width, side, scratch, out):
     Pixels return it in proportion to their variance before, those that vary alone all of it; where
     that is more than the light of one of them, in proportion to light. Shares are those of all
     bands, so that the light keeps its colour. What is stated includes the variance of all that
-    blocks hold. Returns sums over what is averaged: what light was to gain, and all of it, over
-    bands; and its mean over bands and reflectance.
+    blocks hold. Returns sums over averaged pixels and bands: of what light was to gain, and of
+    light over reflectance.
     """
-    lines, sums, members = len(averaged.mean) // width, (0.0, 0.0, 0.0), scratch.members
+    lines, members, gained, light = len(averaged.mean) // width, scratch.members, 0.0, 0.0
     for line in range(0, lines, side):
         for column in range(0, width, side):
             span = (line, min(line + side, lines)), (column, min(column + side, width))
             count, first = _list_averaged(averaged, *span, width, members, out), 0
             while first < count:
                 end = _gather_alike(averaged.reflectance, members, first, count)
-                gained = _give_back_alike(averaged, members[first:end], scratch, out)
-                sums, first = vec.add(sums, gained), end
-    return sums
+                sums = _give_back_alike(averaged, members[first:end], scratch, out)
+                gained, light, first = gained + sums[0], light + sums[1], end
+    return gained, light

@@ -224,7 +224,8 @@ class SurfaceFilter:
             before, shown = _rows(own, inner), compared.light[number, : gain[0, 0].size, inner]
             averaged = Averaged(*before[:2], reflectance, shown, parts, gain[number], after[number])
             left = Returned(*(array[number] for array in out))
-            gained[:, number] = give_back(averaged, width, SIDE, room, left)
+            gain_of, light = give_back(averaged, width, SIDE, room, left)
+            gained[:, number] = gain_of, before.mean.sum(), light / shape[2]
         return gained
 
     def _compare(

@@ -205,6 +205,11 @@ COSTS_OF_MANY = {0.125: (0.48, 1.0), 0.25: (0.52, 0.7), 0.5: (0.72, 0.43), 1.0: 
 LEAST_LIGHTS = 16
 """Light samples of a pixel that has more in a full pass, since emitters are many, wide or hidden in
 part: fewer leave some out, so that variance falls with the square of their number or faster."""
+LEAST_SHARE = 0.25
+"""Of light samples elsewhere."""
+ON_EDGES = 4
+"""Fraction of the samples of pixels on edges that small passes keep, over that of others: not all
+in an eighth, where rooms would take longer to an error of 0.03."""
 MOST_LIGHTS = 4
 """Light samples of a pixel up to which one camera sample serves all; more are for penumbrae."""
 PHOTONS = 2
@@ -241,9 +246,10 @@ def photons_of(photons: int, size: float) -> int:
 def resize(plan: SamplingPlan, size: float, flat: NDArray[Any]) -> SamplingPlan:
     """Return a plan with fewer samples of the camera, or where these are few, of everything.
 
-    Pixels that are not `flat`, (P,), share no light and are not filtered: they keep all samples.
-    Where edges of shadows or specular surfaces may cross a pixel, half of those of the camera are
-    kept, and of more than `LEAST_LIGHTS` light samples so many.
+    Pixels that are not `flat`, (P,), share no light and are not filtered: of theirs, `ON_EDGES`
+    times as many are kept. Where edges of shadows or specular surfaces may cross a pixel, half of
+    those of the camera are; of light samples `LEAST_LIGHTS`, where there are more, and else
+    `LEAST_SHARE`.
     """
     if size == 1.0:
         return plan
@@ -252,14 +258,14 @@ def resize(plan: SamplingPlan, size: float, flat: NDArray[Any]) -> SamplingPlan:
     )
     for part in strips(len(samples)):
         usual = plan.samples[part]
-        wanted = np.where(flat[part] == 0.0, usual, usual * size)
+        wanted = usual * np.where(flat[part] == 0.0, min(ON_EDGES * size, 1.0), size)
         is_uneven = (usual > SAMPLES) | (wanted * plan.lights[part] > MOST_LIGHTS)
         samples[part] = np.maximum(np.where(is_uneven, np.maximum(wanted, 0.5 * usual), wanted), 1)
         rest = wanted / samples[part]
         lights[part] = _scaled(plan.lights[part], rest)
-        has_more = usual.astype(np.float32) * plan.lights[part] > LEAST_LIGHTS
-        least = np.where(has_more, np.ceil(LEAST_LIGHTS / samples[part]), 0.0)
-        lights[part] = np.maximum(lights[part], least)
+        all_lights = usual.astype(np.float32) * plan.lights[part]
+        least = np.where(all_lights > LEAST_LIGHTS, LEAST_LIGHTS, LEAST_SHARE * all_lights)
+        lights[part] = np.maximum(lights[part], np.ceil(least / samples[part]))
         gathers[part] = _scaled(plan.gathers[part], rest)
     return plan._replace(samples=samples, lights=lights, gathers=gathers)
 

@@ -10,8 +10,10 @@ import photonmap as pm
 from photonmap.film.budget import LEAST_PASSES, LEAST_PHOTONS, PASS_SAMPLES, Goal
 from photonmap.integrators.adaptive_sampling import (
     LEAST_LIGHTS,
+    LEAST_SHARE,
     LOOSE,
     MOST_LIGHTS,
+    ON_EDGES,
     choose_size,
     first_size,
     resize,
@@ -97,22 +99,25 @@ def test_the_cheapest_size_is_chosen():
 
 @pytest.mark.parametrize("size", PASS_SAMPLES)
 def test_as_many_rays_as_the_size_says(size):
-    """Fewer of the camera first, at least one of each kind, 16 of lights where there were more.
+    """Fewer of the camera first, at least one of each kind.
 
-    But all on edges, as in the last pixel.
+    Of lights at least 16 where there were more, and else a quarter; more on edges, as in the last
+    pixel.
     """
     counts = np.array([[16, 4, 1, 1, 1, 16], [8, 1, 32, 1, 16, 4], [16, 4, 8, 0, 8, 4]], np.uint8)
     flat = np.array([1, 1, 1, 1, 1, 0], np.float32)
     plan = resize(SamplingPlan(*counts, np.zeros(6, np.float32)), size, flat)
     rays = plan.samples.astype(int) * [plan.lights, plan.gathers]
     assert (plan.samples >= 1).all()
-    scale = np.where(flat, size, 1.0)
+    scale = np.where(flat, size, min(ON_EDGES * size, 1.0))
     is_uneven = (counts[0] > SAMPLES) | (counts[0] * scale * counts[1] > MOST_LIGHTS)
     least = np.where(is_uneven, counts[0] * np.maximum(scale, 0.5), counts[0] * scale)
     np.testing.assert_array_equal(plan.samples, np.maximum(least, 1))
     wanted = np.maximum(np.ceil(counts[0] * scale * counts[1:]), counts[1:] > 0)
-    has_more = counts[0] * counts[1] > LEAST_LIGHTS
-    wanted[0] = np.where(has_more, np.maximum(wanted[0], LEAST_LIGHTS), wanted[0])
+    lights = counts[0].astype(float) * counts[1]
+    least = np.where(lights > LEAST_LIGHTS, LEAST_LIGHTS, LEAST_SHARE * lights)
+    least = plan.samples * np.ceil(least / plan.samples)
+    wanted[0] = np.maximum(wanted[0], least)
     np.testing.assert_array_equal(rays, wanted)
 
 
