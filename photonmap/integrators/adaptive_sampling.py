@@ -200,13 +200,13 @@ COSTS = {0.125: (0.3, 1.0), 0.25: (0.36, 0.55), 0.5: (0.56, 0.28), 1.0: (1.0, 0.
 """By fractions of the usual samples: the time of a pass over that of a full one, and the passes
 needed over those of eighths. About what they are in the Cornell box and `studio`, 128×128."""
 COSTS_OF_MANY = {0.125: (0.48, 1.0), 0.25: (0.52, 0.7), 0.5: (0.72, 0.43), 1.0: (1.0, 0.3)}
-"""The same where a light tree chooses among many emitters: `kitchen`, `living_room` and `vase`,
+"""The same where emitters are many: `kitchen`, `living_room` and `vase`,
 160×120."""
 LEAST_LIGHTS = 16
 """Light samples of a pixel that has more in a full pass, since emitters are many, wide or hidden in
 part: fewer leave some out, so that variance falls with the square of their number or faster."""
-LEAST_SHARE = 0.25
-"""Of light samples elsewhere."""
+LEAST_SHARE, PER_EMITTER = 0.25, 2
+"""Of light samples elsewhere, and how many there are for each emitter, up to `LEAST_LIGHTS`."""
 ON_EDGES = 4
 """Fraction of the samples of pixels on edges that small passes keep, over that of others: not all
 in an eighth, where rooms would take longer to an error of 0.03."""
@@ -221,10 +221,15 @@ def first_size(goal: Goal | None) -> float:
     return min(COSTS) if goal is not None and goal.limit >= LOOSE else 1.0
 
 
+def are_many(emitters: int) -> bool:
+    """Return whether so many emitters call for as many light samples as small passes keep."""
+    return PER_EMITTER * emitters >= LEAST_LIGHTS
+
+
 def choose_size(needed: float, many: bool = False) -> float:
     """Return the size of passes that costs least, where so many eighths would meet the goal.
 
-    A light tree chooses among `many` emitters.
+    There are `many` emitters, or not.
     """
     costs = COSTS_OF_MANY if many else COSTS
     if not math.isfinite(needed):
@@ -243,13 +248,13 @@ def photons_of(photons: int, size: float) -> int:
     return max(int(min(more * size, photons)), min(photons, LEAST_PHOTONS))
 
 
-def resize(plan: SamplingPlan, size: float, flat: NDArray[Any]) -> SamplingPlan:
+def resize(plan: SamplingPlan, size: float, flat: NDArray[Any], emitters: int) -> SamplingPlan:
     """Return a plan with fewer samples of the camera, or where these are few, of everything.
 
     Pixels that are not `flat`, (P,), share no light and are not filtered: of theirs, `ON_EDGES`
     times as many are kept. Where edges of shadows or specular surfaces may cross a pixel, half of
     those of the camera are; of light samples `LEAST_LIGHTS`, where there are more, and else
-    `LEAST_SHARE`.
+    `LEAST_SHARE` or `PER_EMITTER`.
     """
     if size == 1.0:
         return plan
@@ -264,7 +269,8 @@ def resize(plan: SamplingPlan, size: float, flat: NDArray[Any]) -> SamplingPlan:
         rest = wanted / samples[part]
         lights[part] = _scaled(plan.lights[part], rest)
         all_lights = usual.astype(np.float32) * plan.lights[part]
-        least = np.where(all_lights > LEAST_LIGHTS, LEAST_LIGHTS, LEAST_SHARE * all_lights)
+        least = np.maximum(LEAST_SHARE * all_lights, min(PER_EMITTER * emitters, LEAST_LIGHTS))
+        least = np.where(all_lights > LEAST_LIGHTS, LEAST_LIGHTS, np.minimum(least, all_lights))
         lights[part] = np.maximum(lights[part], np.ceil(least / samples[part]))
         gathers[part] = _scaled(plan.gathers[part], rest)
     return plan._replace(samples=samples, lights=lights, gathers=gathers)

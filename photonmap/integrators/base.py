@@ -225,7 +225,7 @@ class Integrator(Protocol):
 
     @property
     def many_lights(self) -> bool:
-        """Whether a light tree chooses among emitters, so that small passes need more samples."""
+        """Whether emitters are many, so that small passes need more samples."""
 
     @property
     def has_supports(self) -> bool:

@@ -14,6 +14,7 @@ from photonmap.integrators.adaptive_sampling import (
     LOOSE,
     MOST_LIGHTS,
     ON_EDGES,
+    PER_EMITTER,
     choose_size,
     first_size,
     resize,
@@ -97,16 +98,17 @@ def test_the_cheapest_size_is_chosen():
     assert first_size(Goal(0.9 * LOOSE)) == first_size(None) == 1.0
 
 
+@pytest.mark.parametrize("emitters", [1, 5, 20])
 @pytest.mark.parametrize("size", PASS_SAMPLES)
-def test_as_many_rays_as_the_size_says(size):
+def test_as_many_rays_as_the_size_says(size, emitters):
     """Fewer of the camera first, at least one of each kind.
 
-    Of lights at least 16 where there were more, and else a quarter; more on edges, as in the last
-    pixel.
+    Of lights at least 16 where there were more, and else a quarter, or two for each emitter; more
+    on edges, as in the last pixel.
     """
     counts = np.array([[16, 4, 1, 1, 1, 16], [8, 1, 32, 1, 16, 4], [16, 4, 8, 0, 8, 4]], np.uint8)
     flat = np.array([1, 1, 1, 1, 1, 0], np.float32)
-    plan = resize(SamplingPlan(*counts, np.zeros(6, np.float32)), size, flat)
+    plan = resize(SamplingPlan(*counts, np.zeros(6, np.float32)), size, flat, emitters)
     rays = plan.samples.astype(int) * [plan.lights, plan.gathers]
     assert (plan.samples >= 1).all()
     scale = np.where(flat, size, min(ON_EDGES * size, 1.0))
@@ -115,7 +117,8 @@ def test_as_many_rays_as_the_size_says(size):
     np.testing.assert_array_equal(plan.samples, np.maximum(least, 1))
     wanted = np.maximum(np.ceil(counts[0] * scale * counts[1:]), counts[1:] > 0)
     lights = counts[0].astype(float) * counts[1]
-    least = np.where(lights > LEAST_LIGHTS, LEAST_LIGHTS, LEAST_SHARE * lights)
+    least = np.maximum(LEAST_SHARE * lights, min(PER_EMITTER * emitters, LEAST_LIGHTS))
+    least = np.where(lights > LEAST_LIGHTS, LEAST_LIGHTS, np.minimum(least, lights))
     least = plan.samples * np.ceil(least / plan.samples)
     wanted[0] = np.maximum(wanted[0], least)
     np.testing.assert_array_equal(rays, wanted)

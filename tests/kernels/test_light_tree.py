@@ -177,7 +177,7 @@ def test_the_tree_changes_the_error_alone(many, monkeypatch):
 
 @pytest.mark.parametrize(("lights", "has_tree"), [("few", False), ("many", True)])
 def test_few_lights_need_no_tree(lights, has_tree, request):
-    """Nor passes of a size that is cheapest where there is one."""
+    """Nor as many light samples in small passes."""
     compiled = compile_scene(request.getfixturevalue(lights), Bands.parse("rgb"))
     assert (compiled.lights.tree is not None) == has_tree
     with Workers(1) as workers:

@@ -18,7 +18,7 @@ import numpy as np
 
 from photonmap.film.bias import REACH_HOLDS, footprint_width
 from photonmap.film.replicates import replicate_place, replicate_size
-from photonmap.integrators.adaptive_sampling import photons_of, resize, scale_plan
+from photonmap.integrators.adaptive_sampling import are_many, photons_of, resize, scale_plan
 from photonmap.integrators.base import (
     Counters,
     PassSetup,
@@ -86,8 +86,12 @@ class PhotonIntegrator:
 
     @property
     def many_lights(self) -> bool:
-        """Whether a light tree chooses among emitters."""
-        return self._setup.compiled.lights.tree is not None
+        """Whether emitters are many."""
+        return are_many(self._emitters)
+
+    @property
+    def _emitters(self) -> int:
+        return len(self._setup.compiled.lights.cdf)
 
     @property
     def has_supports(self) -> bool:
@@ -178,7 +182,8 @@ class PhotonIntegrator:
         self._size = size
         vars(self).pop("_tracer", None)
         with self._setting_up():
-            self.plan = resize(self._usual_plan, size, self.surfaces[:, FLAT])
+            flat = self.surfaces[:, FLAT]
+            self.plan = resize(self._usual_plan, size, flat, self._emitters)
 
     @cached_property
     def plan(self) -> SamplingPlan:
