@@ -11,7 +11,7 @@ from photonmap.kernels.core import passes
 from photonmap.kernels.core.jit import jit, kernel, vectorized
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.core.warp import INV_PI
-from photonmap.kernels.film.moments import welford_step
+from photonmap.kernels.film.moments import copy, welford_step
 
 CHUNK = 512
 """Pixels times bands at a time, about: they stay in the first cache"""
@@ -38,12 +38,6 @@ def make_chunk_scratch(bands):
     """Return room for a chunk, which holds whole pixels."""
     size = max(CHUNK // bands, 1) * bands
     return ChunkScratch(*np.zeros((len(ChunkScratch._fields), size)))
-
-
-@vectorized
-def _copy(values, target):
-    for i in range(len(values)):
-        target[i] = values[i]
 
 
 @vectorized
@@ -88,7 +82,7 @@ def _take(mean, spread, chunk, weight, room, deviation):
 
 @jit
 def _sum(first, second, target):
-    _copy(first, target)
+    copy(first, target)
     _add(second, target)
 
 
@@ -110,9 +104,9 @@ def _take_fluorescence(glow, seen, chunk, weight, room):
     direct = seen[passes.FLUORESCENT_DIRECT, chunk]
     indirect = seen[passes.FLUORESCENT_INDIRECT, chunk]
     excited = seen[passes.EXCITATION_DIRECT, chunk], seen[passes.EXCITATION_INDIRECT, chunk]
-    _copy(direct, value)
+    copy(direct, value)
     _take(glow.fluorescence_direct, glow.fluorescence_direct_spread, chunk, weight, room, unused)
-    _copy(indirect, value)
+    copy(indirect, value)
     spread = glow.fluorescence_indirect_spread
     _take(glow.fluorescence_indirect, spread, chunk, weight, room, unused)
     _sum(excited[0], excited[1], value)
@@ -125,9 +119,9 @@ def _take_fluorescence(glow, seen, chunk, weight, room):
 @jit
 def _take_direct(moments, pixels, seen, chunk, weight, room):
     value, term = room.value, room.term
-    _copy(pixels.direct[chunk], value)
+    copy(pixels.direct[chunk], value)
     if seen is not None:
-        _copy(seen[passes.VIA_DIRECT, chunk], term)
+        copy(seen[passes.VIA_DIRECT, chunk], term)
         if moments.fluorescence is not None:
             _add(seen[passes.FLUORESCENT_DIRECT, chunk], term)
         _add(term, value)
@@ -137,7 +131,7 @@ def _take_direct(moments, pixels, seen, chunk, weight, room):
 @jit
 def _take_indirect(moments, pixels, seen, chunk, weight, room):
     value, term = room.value, room.term
-    _copy(pixels.indirect[chunk], value)
+    copy(pixels.indirect[chunk], value)
     if seen is not None:
         _sum(seen[passes.FIRST_CAUSTIC, chunk], seen[passes.VIA_INDIRECT, chunk], term)
         _add(seen[passes.VIA_CAUSTIC, chunk], term)
@@ -150,7 +144,7 @@ def _take_indirect(moments, pixels, seen, chunk, weight, room):
 @jit
 def _take_irradiance(moments, pixels, seen, chunk, weight, room):
     value = room.value
-    _copy(pixels.irradiance_indirect[chunk], value)
+    copy(pixels.irradiance_indirect[chunk], value)
     if seen is not None:
         _add(seen[passes.CAUSTIC_IRRADIANCE, chunk], value)
     _add(pixels.irradiance_direct[chunk], value)
@@ -196,11 +190,11 @@ def add_pass(moments, specular, pixels, seen, step, first, last, room):
         end = min(begin + size, last)
         chunk = slice(begin * bands, end * bands)
         _count(moments, pixels, step, begin, end, bands, room.parts)
-        _copy(pixels.emission[chunk], room.value)
+        copy(pixels.emission[chunk], room.value)
         _take(moments.emission, moments.emission_spread, chunk, step, room, room.emission)
         _take_direct(moments, pixels, seen, chunk, step, room)
         _take_indirect(moments, pixels, seen, chunk, step, room)
-        _copy(pixels.reflectance[chunk], room.value)
+        copy(pixels.reflectance[chunk], room.value)
         spread = moments.reflectance_spread
         _take(moments.reflectance, spread, chunk, step, room, room.reflectance)
         _take_irradiance(moments, pixels, seen, chunk, step, room)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from photonmap.kernels.core import passes
-from photonmap.kernels.core.jit import jit, kernel
+from photonmap.kernels.core.jit import jit, kernel, vectorized
 from photonmap.kernels.core.record_types import by_reference
 
 GOAL_BUFFERS = (
@@ -43,6 +43,13 @@ def shift_ratio(spread, comoment, denominator_spread, old, new):
 
 
 _shift_ratio = jit(shift_ratio)
+
+
+@vectorized
+def copy(values, target):
+    """Copy values into the first places of a row."""
+    for i in range(len(values)):
+        target[i] = values[i]
 
 
 @by_reference

@@ -17,7 +17,7 @@ import numpy as np
 from photonmap.kernels.core.jit import jit, kernel, vectorized
 from photonmap.kernels.core.record_types import by_reference
 from photonmap.kernels.film.irradiance_sharing import Strip, find_pairs
-from photonmap.kernels.film.moments import welford_step
+from photonmap.kernels.film.moments import copy, welford_step
 from photonmap.kernels.film.pixels import FLAT
 
 GROUPS = 4
@@ -209,12 +209,6 @@ def _count_found(found, counts):
 
 
 @vectorized
-def _copy(values, target):
-    for i in range(len(values)):
-        target[i] = values[i]
-
-
-@vectorized
 def _divide(values, counts):
     for i in range(len(counts)):
         values[i] /= counts[i]
@@ -244,7 +238,7 @@ def smooth_patches(compared, scratch):
             for level in range(1, len(PATCHES)):
                 for group in range(GROUPS):
                     for image in images:
-                        _copy(image[light, 0, group, whole], image[light, level, group, whole])
+                        copy(image[light, 0, group, whole], image[light, level, group, whole])
         for pair in range(len(compared.pairs)):
             reach, first = max(abs(compared.pairs[pair, 0]), compared.pairs[pair, 1]), line * width
             left, right, step = 0, 0, 0
@@ -362,7 +356,7 @@ def filter_light(compared, parts, lines, scratch, gain, variance):
         totals[:], counts[:], sums[:, :half] = 1.0, 0.0, 0.0
         for light in range(lights):
             for row in range(half, 2 * half):
-                _copy(compared.light[light, row, first : first + width], sums[light, row])
+                copy(compared.light[light, row, first : first + width], sums[light, row])
         _add_pairs(compared, line, scratch)
         for column in range(width):
             pixel = (line - lines.first) * width + column
