@@ -104,15 +104,11 @@ def differences(
     """
     value, other = (each.buffers[name].astype(float) for each in (result, truth))
     squares = [each.standard_error(name).astype(float) ** 2 for each in (result, truth)]
+    degrees = [each.degrees_of_freedom(name)[..., None] for each in (result, truth)]
     total = squares[0] + squares[1]
-    parts = squares[0] ** 2 / _freedom(result) + squares[1] ** 2 / _freedom(truth)
+    parts = squares[0] ** 2 / degrees[0] + squares[1] ** 2 / degrees[1]
     freedom = np.divide(total**2, parts, where=parts > 0.0, out=np.ones(total.shape))
     return np.abs(value - other), np.maximum(np.sqrt(total), ROUNDING * np.abs(other)), freedom
-
-
-def _freedom(result: pm.Result) -> float:
-    """Return the degrees of freedom of its errors, from 16 passes on: see `standard_error`."""
-    return max(15.0, result.record["passes"] / 8.0 - 1.0)
 
 
 def _measured(result: pm.Result, truth: pm.Result, valid: NDArray[np.bool_]) -> float:

@@ -103,6 +103,9 @@ ENOUGH_PHOTONS = 1 << 18
 """In a pass, unless a user says otherwise."""
 PASS_SAMPLES = (0.125, 0.25, 0.5, 1.0)
 """Samples of a pass, as fractions of the usual."""
+ON_EDGES = 4
+"""That fraction in pixels on edges, over that of others: not all in an eighth, where rooms would
+take longer to an error of 0.03."""
 CEILING = 3600.0
 """Seconds after which a render that aims at an error stops anyway, unless a user says others."""
 
@@ -112,6 +115,11 @@ def check_pass_samples(fraction: float) -> float:
     if fraction not in PASS_SAMPLES:
         raise InputError(f"pass samples {shown(fraction)} must be 0.125, 0.25, 0.5 or 1")
     return float(fraction)
+
+
+def share_on_edges(size: float) -> float:
+    """Return the fraction of the usual samples of a pixel on an edge in passes of a size."""
+    return min(ON_EDGES * size, 1.0)
 
 
 def usual_photons(pixels: int) -> int:

@@ -23,6 +23,8 @@ hold the truth, over many seeds of scenes with diffuse surfaces, mirrors and gla
 PRIORS = {"direct": 1.0, "direct_unfiltered": 1.0, "radiance": 2.5, "indirect_unfiltered": 7.0}
 """The same for buffers whose noise lies in patches, as that of direct light in penumbrae, and for
 one in which rare photons of caustics count."""
+OF_EDGES = ("reflectance", "emission")
+"""Buffers that vary where edges cross a pixel, unless surfaces have textures."""
 BLOCK_PRIOR = 1.0
 """The same for means over blocks, which have less in common with their neighbours."""
 UNSEEN = 48.0
@@ -55,7 +57,8 @@ def smooth_error(
     error, value : (H, W, N), of two passes or more, each pixel's own
     counts : (H, W) passes of each pixel, or of all
     prior : passes that neighbours count for
-    edges : size of passes, where what neighbours show may graze a pixel; 0 where it may not
+    edges : share of the `SAMPLES` that a pass takes where an edge may graze a pixel; 0 where none
+        can
     emits : (H, W) whether a pixel shows an emitter, if the value includes emission. The edge of an
         area light says nothing of a wall beside it that varies.
     """
@@ -72,6 +75,26 @@ def smooth_error(
         unseen = np.float32(0.5 / (SAMPLES * edges)) * _contrast(value) / (own + 1.0)
         steady = np.where(variance > 0.0, steady, np.maximum(steady, unseen**2))
     return (np.sqrt(steady + (ROUNDING * value) ** 2) * scale).astype(np.float32)
+
+
+def degrees_of_freedom(buffer: str, passes: NDArray[np.integer] | int) -> NDArray[np.float64]:
+    """Return those of smoothed errors of a buffer: the truth is Student's t of them off.
+
+    Those of a pixel's own replicates, one less than passes up to 16, and those of eight neighbours
+    that vary alike are put together by their weights (Welch 1947, Satterthwaite 1946). Where edges
+    alone make pixels vary, each does so in its own way.
+    """
+    own = np.maximum(passes, 2) - 1.0
+    replicates = np.maximum(np.minimum(own, 15.0), (own + 1.0) / 8.0 - 1.0)
+    if buffer in OF_EDGES:
+        return replicates
+    prior = prior_of(buffer)
+    return replicates * (prior + own) ** 2 / (prior**2 / 8.0 + own**2)
+
+
+def prior_of(buffer: str) -> float:
+    """Return the passes that a pixel's neighbours count for in errors of a buffer."""
+    return PRIORS.get(buffer, PRIOR)
 
 
 def widen_ratio(error: Image, ratio: Image, denominator: Image, denominator_error: Image) -> Image:

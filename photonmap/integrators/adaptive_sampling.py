@@ -22,7 +22,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from photonmap.compile.spectral_columns import SpectralColumns
-from photonmap.film.budget import ENOUGH_PHOTONS, LEAST_PASSES, LEAST_PHOTONS, Goal
+from photonmap.film.budget import (
+    ENOUGH_PHOTONS,
+    LEAST_PASSES,
+    LEAST_PHOTONS,
+    Goal,
+    share_on_edges,
+)
 from photonmap.film.relative_error import relative_squares
 from photonmap.film.surface_filter import Surfaces
 from photonmap.integrators.sampling_plan import SAMPLES
@@ -207,9 +213,6 @@ LEAST_LIGHTS = 16
 part: fewer leave some out, so that variance falls with the square of their number or faster."""
 LEAST_SHARE, PER_EMITTER = 0.25, 2
 """Of light samples elsewhere, and how many there are for each emitter, up to `LEAST_LIGHTS`."""
-ON_EDGES = 4
-"""Fraction of the samples of pixels on edges that small passes keep, over that of others: not all
-in an eighth, where rooms would take longer to an error of 0.03."""
 MOST_LIGHTS = 4
 """Light samples of a pixel up to which one camera sample serves all; more are for penumbrae."""
 PHOTONS = 2
@@ -251,8 +254,8 @@ def photons_of(photons: int, size: float) -> int:
 def resize(plan: SamplingPlan, size: float, flat: NDArray[Any], emitters: int) -> SamplingPlan:
     """Return a plan with fewer samples of the camera, or where these are few, of everything.
 
-    Pixels that are not `flat`, (P,), share no light and are not filtered: of theirs, `ON_EDGES`
-    times as many are kept. Where edges of shadows or specular surfaces may cross a pixel, half of
+    Pixels that are not `flat`, (P,), share no light and are not filtered: of theirs,
+    `share_on_edges` is kept. Where edges of shadows or specular surfaces may cross a pixel, half of
     those of the camera are; of light samples `LEAST_LIGHTS`, where there are more, and else
     `LEAST_SHARE` or `PER_EMITTER`.
     """
@@ -263,7 +266,7 @@ def resize(plan: SamplingPlan, size: float, flat: NDArray[Any], emitters: int) -
     )
     for part in strips(len(samples)):
         usual = plan.samples[part]
-        wanted = usual * np.where(flat[part] == 0.0, min(ON_EDGES * size, 1.0), size)
+        wanted = usual * np.where(flat[part] == 0.0, share_on_edges(size), size)
         is_uneven = (usual > SAMPLES) | (wanted * plan.lights[part] > MOST_LIGHTS)
         samples[part] = np.maximum(np.where(is_uneven, np.maximum(wanted, 0.5 * usual), wanted), 1)
         rest = wanted / samples[part]

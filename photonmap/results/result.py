@@ -15,10 +15,11 @@ from photonmap.buffers import BUFFERS, BY_NAME, is_banded, is_omitted, row_of, s
 from photonmap.errors import InputError
 from photonmap.film.bias import BlockBias
 from photonmap.film.blocks import SIDE, block_means, block_minima
+from photonmap.film.budget import share_on_edges
 from photonmap.film.variance_smoothing import (
     BLOCK_PRIOR,
-    PRIOR,
-    PRIORS,
+    degrees_of_freedom,
+    prior_of,
     smooth_error,
     widen_ratio,
 )
@@ -141,10 +142,9 @@ class Result(Plots):
     def standard_error(self, name: str) -> Image:
         """Return the standard error of the mean of a buffer: its shape, unit and type.
 
-        With Student's t of one degree of freedom less than passes, 15 for 16 to 128 of them and an
-        eighth as many beyond, its intervals hold the truth as often as they state. It is that of
-        `errors`, from each pixel's own replicates of passes, smoothed by its neighbours: see
-        `photonmap.film.replicates` and `variance_smoothing`.
+        With Student's t of `degrees_of_freedom`, its intervals hold the truth as often as they
+        state. It is that of `errors`, from each pixel's own replicates of passes, smoothed by its
+        neighbours: see `photonmap.film.replicates` and `variance_smoothing`.
 
         Raises
         ------
@@ -160,16 +160,25 @@ class Result(Plots):
 
     def _smoothed_error(self, name: str) -> Image:
         counts = self.buffers.get("passes", self.record.get("passes", 2))
-        prior = PRIORS.get(split_name(name)[0], PRIOR)
         is_center = self.record.get("arguments", {}).get("pixel") == "center"
-        edges = 0.0 if is_center else self.record.get("pass_samples", 1.0)
+        edges = 0.0 if is_center else share_on_edges(self.record.get("pass_samples", 1.0))
         emission = self.buffers.get("emission") if name == "radiance" else None
         emits = None if emission is None else emission.max(axis=-1) > 0.0
+        prior = prior_of(split_name(name)[0])
         error = smooth_error(self.errors[name], self.buffers[name], counts, prior, edges, emits)
         if name.startswith("shading") and "reflectance" in self.errors:
             of_reflectance = smooth_error(self.errors["reflectance"], self.reflectance, counts)
             error = widen_ratio(error, self.buffers[name], self.reflectance, of_reflectance)
         return error
+
+    def degrees_of_freedom(self, name: str) -> NDArray[np.float64]:
+        """Return those of Student's t that the `standard_error` of a buffer has: (H, W) or ().
+
+        More than those of a pixel's passes, since its neighbours say how certain it is, too: of
+        radiance 9 after 4 passes, 20 after 16.
+        """
+        passes = self.buffers.get("passes", self.record.get("passes", 2))
+        return degrees_of_freedom(split_name(name)[0], passes)
 
     def block_mean(self, name: str) -> Image:
         """Return the means of a buffer over blocks of 8×8 pixels: (⌈H / 8⌉, ⌈W / 8⌉, …) float32.
@@ -254,9 +263,8 @@ class Result(Plots):
             bias = float(np.sqrt(np.mean(blocks[blocks != 0.0] ** 2))) if blocks.any() else 0.0
         if base == "shading":
             bias = bias / np.maximum(self.reflectance, 1e-6)
-        passes = np.asarray(self.buffers.get("passes", self.record.get("passes", 2)))
-        freedom = np.maximum(np.clip(passes - 1, 1, 15), passes / 8 - 1)  # see `standard_error`
-        apart = np.hypot(error, bias) * stats.t.ppf(0.5 + level / 2.0, freedom)[..., None]
+        quantile = stats.t.ppf(0.5 + level / 2.0, self.degrees_of_freedom(name))
+        apart = np.hypot(error, bias) * quantile[..., None]
         value = self.buffers[name]
         return (value - apart).astype(np.float32), (value + apart).astype(np.float32)
 

@@ -71,10 +71,7 @@ def test_edges_that_few_samples_see(size):
     settings = {"bands": "rgb", "size": (40, 40), "effects": "direct", "adaptive": False}
     settings["pass_samples"] = size
     runs = [pm.render(scene, **settings, passes=PASSES, seed=200 + seed) for seed in range(SEEDS)]
-    assert_calibrated(
-        np.array([run.reflectance for run in runs], float),
-        np.array([run.standard_error("reflectance") for run in runs], float),
-    )
+    assert_calibrated("reflectance", *gather_runs(runs, "reflectance"))
 
 
 def test_variances_go_with_brightness():
@@ -136,20 +133,20 @@ def test_a_ratio_of_few_samples_may_be_what_neighbours_show():
     params=[("cornell", 1.0, PASSES), ("balls", 1.0, PASSES), ("cornell", 0.125, PASSES // 2)],
 )
 def runs(request):
-    """Many seeds of one scene: buffer to (values, errors), each (S, H, W, N)."""
+    """Many seeds of one scene: buffer to what `gather_runs` returns."""
     name, size, passes = request.param
     scene = {"cornell": pm.scenes.cornell_box, "balls": balls_in_box}[name]()
     settings = {"bands": "rgb", "size": (SIZE, SIZE), "pass_samples": size}
     runs = [pm.render(scene, **settings, passes=passes, seed=seed) for seed in range(SEEDS)]
     names = set(runs[0].buffers) & set(CALIBRATED)
-    return {
-        name: (
-            np.array([run.buffers[name] for run in runs], float),
-            np.array([run.standard_error(name) for run in runs], float),
-        )
-        for name in names
-        if np.ptp(runs[0].buffers[name]) > 0.0
-    }
+    return {name: gather_runs(runs, name) for name in names if np.ptp(runs[0].buffers[name]) > 0.0}
+
+
+def gather_runs(runs, name):
+    """Values and standard errors of a buffer, (S, H, W, N) both, and the degrees of freedom."""
+    values = np.array([run.buffers[name] for run in runs], float)
+    errors = np.array([run.standard_error(name) for run in runs], float)
+    return values, errors, np.array([run.degrees_of_freedom(name) for run in runs])
 
 
 @pytest.mark.slow
@@ -157,26 +154,25 @@ def runs(request):
 def test_intervals_cover_the_truth(runs):
     """Deviations from the other seeds' mean are Student's t, or less: spread, and 95% intervals.
 
-    Of 16 passes, also where there are 8: the neighbours stand for as many.
-
     Pixels of caustics, and lamps seen in mirrors, are rarer events than 16 passes show.
     """
-    for name, (values, errors) in runs.items():
-        assert_calibrated(values, errors, name)
+    for name, gathered in runs.items():
+        assert_calibrated(name, *gathered)
 
 
-def assert_calibrated(values, errors, name="reflectance"):
+def assert_calibrated(name, values, errors, freedom):
     live = np.ptp(values, axis=0) > 4.0 * ROUNDING * np.abs(values).max(axis=0)
     others = (values.sum(axis=0) - values) / (SEEDS - 1)
     deviation = (values - others) / np.sqrt(1.0 + 1.0 / (SEEDS - 1))
     assert (np.abs(deviation) <= 4.0 * errors)[:, ~live].all()
-    t = deviation[:, live] / np.maximum(errors[:, live], 1e-30)
-    normal = stats.norm.ppf(stats.t.cdf(np.clip(t, -1e3, 1e3), PASSES - 1))
-    covered = (np.abs(t) < stats.t.ppf(0.975, PASSES - 1)).mean()
-    assert 0.93 <= covered <= 0.97, (name, covered)
-    spread = np.clip(normal, -8.0, 8.0).std()
+    freedom = freedom.reshape(len(freedom), *freedom.shape[1:] or (1, 1), 1)
+    t = deviation / np.maximum(errors, 1e-30)
+    scores = stats.norm.ppf(stats.t.cdf(np.clip(t, -1e3, 1e3), freedom))[:, live]
     # errors of filtered indirect light, pooled over pixels, may be as good as known: t is normal
-    even = stats.norm.ppf(np.linspace(0.0, 1.0, 1001)[1:-1])
-    known = stats.norm.ppf(stats.t.cdf(even, PASSES - 1)).std() / even.std()
-    least = 0.9 * known if name == "indirect" else 0.9
-    assert least <= spread <= 1.1, (name, spread)
+    known = t[:, live] if name in ("radiance", "indirect", "shading") else scores
+    for least, those, most in ((0.0, known, 0.97), (0.93, scores, 1.0)):
+        held = np.mean(np.abs(those) < stats.norm.ppf(0.975))
+        assert least <= held <= most, (name, held)
+    for least, those, most in ((0.9, known, 8.0), (0.0, scores, 1.1)):
+        spread = np.clip(those, -8.0, 8.0).std()
+        assert least <= spread <= most, (name, spread)
