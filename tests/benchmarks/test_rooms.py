@@ -9,6 +9,7 @@ import pytest
 from benchmarks.accuracy.calibration import KINDS, calibration, pixel_kinds
 from benchmarks.accuracy.room_mitsuba import DENOISED, SAMPLES, render_or_read
 from benchmarks.accuracy.rooms import time_to_denoised
+from photonmap.film.variance_smoothing import degrees_of_freedom
 from photonmap.kernels.core.passes import Prepass
 
 SIZE = HEIGHT, WIDTH = 60, 80
@@ -23,7 +24,10 @@ def _result(seed, spread, passes=16, stated=None):
     }
     error = np.full(shape, stated or spread, np.float32)
     return SimpleNamespace(
-        buffers=buffers, standard_error=lambda name: error, record={"passes": passes}, **buffers
+        buffers=buffers,
+        standard_error=lambda name: error,
+        degrees_of_freedom=lambda name: degrees_of_freedom(name, passes),
+        **buffers,
     )
 
 

@@ -13,7 +13,6 @@ from photonmap.integrators.adaptive_sampling import (
     LEAST_SHARE,
     LOOSE,
     MOST_LIGHTS,
-    ON_EDGES,
     PER_EMITTER,
     choose_size,
     first_size,
@@ -111,7 +110,7 @@ def test_as_many_rays_as_the_size_says(size, emitters):
     plan = resize(SamplingPlan(*counts, np.zeros(6, np.float32)), size, flat, emitters)
     rays = plan.samples.astype(int) * [plan.lights, plan.gathers]
     assert (plan.samples >= 1).all()
-    scale = np.where(flat, size, min(ON_EDGES * size, 1.0))
+    scale = np.where(flat, size, min(4 * size, 1.0))
     is_uneven = (counts[0] > SAMPLES) | (counts[0] * scale * counts[1] > MOST_LIGHTS)
     least = np.where(is_uneven, counts[0] * np.maximum(scale, 0.5), counts[0] * scale)
     np.testing.assert_array_equal(plan.samples, np.maximum(least, 1))
