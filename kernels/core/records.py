@@ -277,7 +277,7 @@ class Scattering(NamedTuple):
     """Surfaces that scatter neither like Lambert's law nor specularly: see `bsdf.models`."""
 
     model: uint8[::1]  # (M,), which BSDF, of `bsdf.models`; 0 is Lambertian
-    parameters: float64[:, ::1]  # (M, 5), of the model
+    parameters: float64[:, ::1]  # (M, 6), of the model
     specular: float32[:, ::1]  # (M, N), reflectances of glossy surfaces at normal incidence
     albedos: float64[:, :, ::1]
     """(R, 6, K), what glossy lobes of Fresnel terms 1, `rise` and the four `dip_terms` of
@@ -383,6 +383,7 @@ class Lights(NamedTuple):
     spectra: float32[:, ::1]
     """(R, N): radiance, intensity (POINT …) or irradiance (DIRECTIONAL); of maps, means"""
     cdf: float64[::1]  # (K,), CDF of the emitters, in proportion to power for the most part
+    in_turn: bool  # whether each is taken for direct light in a pixel: few, and none has an area
     dome: int  # index of the dome's emitter, -1 without a dome
     radius: float  # of a sphere around the origin that holds the scene
     environment: Environment | None

@@ -16,10 +16,11 @@ from photonmap.kernels.integrators.path_walk import PathStart, plain_start, trac
 from photonmap.kernels.lights.direct import (
     count_shadow_ray,
     prepare_direct,
-    sample_direct,
+    sample_emitter,
     weigh_sample,
 )
 from photonmap.kernels.lights.emission import add_attenuated, add_emission, emission_of
+from photonmap.kernels.lights.selection import select_emitter
 
 GATHERS_PER_PATH = 2  # Gather rays of a glossy surface for each path by its own BSDF
 LEAST_PATHS, LEAST_BARE_PATHS = 8, 16  # Of these paths: with a diffuse base, and without
@@ -70,15 +71,22 @@ def _scatter_light(scene, surface, sample, emission, weight, budget, scratches):
 
 @jit
 def _add_lights(scene, surface, index, budget, key, scratches):
-    """Add all light samples."""
-    first = index * np.uint64(budget.lights)
-    points, cdf = scratches.own.points, scratches.own.emitters
-    prepare_direct(scene, surface, cdf)
-    for number in range(budget.lights):
+    """Add all light samples; or one of each emitter, by the same point, where they take turns."""
+    lights, points, cdf = scene.lights, scratches.own.points, scratches.own.emitters
+    count = len(lights.cdf) if lights.in_turn else budget.lights
+    first = index if lights.in_turn else index * np.uint64(budget.lights)
+    if not lights.in_turn:
+        prepare_direct(scene, surface, cdf)
+    for number in range(count):
         lane = number % points.shape[1]
         if lane == 0:
             sobol_block(first + np.uint64(number), key, points)
-        sample = sample_direct(scene, surface, cdf, points[0, lane], points[1, lane], budget.lights)
+        if lights.in_turn:
+            choice, v, share = (number, 1.0, points[0, 0]), points[1, 0], 1
+        else:
+            choice = select_emitter(lights, surface.point, surface.ns, cdf, points[0, lane])
+            v, share = points[1, lane], budget.lights
+        sample = sample_emitter(scene, surface, choice, v, share)
         count_shadow_ray(sample, scratches.own.rays)
         if sample.weight > 0.0:
             weight = sample.weight * weigh_sample(scene, surface, sample, budget.scattered)

@@ -47,8 +47,15 @@ def sample_direct(scene, surface, cdf, u, v, count):
     `cdf` is what `prepare_direct` filled. The samples' sum estimates irradiance, alone or together
     with scattered rays: then samples are weighed by `weigh_sample`, and rays by `weigh_hit`.
     """
+    choice = select_emitter(scene.lights, surface.point, surface.ns, cdf, u)
+    return sample_emitter(scene, surface, choice, v, count)
+
+
+@jit
+def sample_emitter(scene, surface, choice, v, count):
+    """Sample an emitter as `sample_direct` does; the choice is (emitter, probability, u)."""
     geometry, lights = scene.geometry, scene.lights
-    emitter, probability, u = select_emitter(lights, surface.point, surface.ns, cdf, u)
+    emitter, probability, u = choice
     if emitter < 0:
         return DirectSample(-1, 0.0, 0.0, NOWHERE, surface.ns)
     sample = sample_towards(geometry, lights, emitter, surface, u, v)

@@ -11,12 +11,13 @@ SIZE = 32, 24
 UP = (0.0, 1.0, 0.0)
 PLACE, TARGET = (0.3, 0.4, 0.2), (0.0, -0.7, 0.1)
 LIGHTS = {
-    "point": pm.PointLight(PLACE, 1.0),
-    "point near the surface": pm.PointLight((0.3, -0.65, 0.2), 1.0),
-    "spot": pm.SpotLight(PLACE, TARGET, 1.0, inner=15.0, outer=50.0),
-    "spot with a narrow edge": pm.SpotLight(PLACE, TARGET, 1.0, inner=24.0, outer=25.0),
-    "sun": pm.DirectionalLight((0.3, -1.0, -0.4), 1.0),
+    "point": [pm.PointLight(PLACE, 1.0)],
+    "point near the surface": [pm.PointLight((0.3, -0.65, 0.2), 1.0)],
+    "spot": [pm.SpotLight(PLACE, TARGET, 1.0, inner=15.0, outer=50.0)],
+    "spot with a narrow edge": [pm.SpotLight(PLACE, TARGET, 1.0, inner=24.0, outer=25.0)],
+    "sun": [pm.DirectionalLight((0.3, -1.0, -0.4), 1.0)],
 }
+LIGHTS["each in turn"] = sum(LIGHTS.values(), [])
 CORNERS = np.array([[-3.0, -0.7, -2.0], [0.1, -0.7, 3.0], [3.0, -0.7, -2.3]])
 LEANING = np.array([[-0.4, 1.0, 0.2], [0.3, 1.0, -0.3], [0.1, 1.0, 0.5]])
 """Normals at the corners of a smooth surface"""
@@ -47,9 +48,11 @@ def irradiance(light, points, normals):
 @pytest.mark.parametrize("normals", [None, LEANING], ids=["flat", "smooth"])
 @pytest.mark.parametrize("name", LIGHTS)
 def test_errors_hold_where_nothing_is_sampled(name, normals):
-    light, corners = LIGHTS[name], turned(CORNERS)
-    for each in {"position", "target", "direction"} & vars(light).keys():
-        light = replace(light, **{each: tuple(turned(getattr(light, each)))})
+    lights, corners = [], turned(CORNERS)
+    for light in LIGHTS[name]:
+        places = {"position", "target", "direction"} & vars(light).keys()
+        there = {each: tuple(turned(getattr(light, each))) for each in places}
+        lights.append(replace(light, name=str(len(lights)), **there))
     camera = pm.Camera(*map(tuple, turned([(0.5, 1.0, 2.0), TARGET, UP])), fov=20.0)
     mesh = pm.Mesh(
         corners,
@@ -67,10 +70,10 @@ def test_errors_hold_where_nothing_is_sampled(name, normals):
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     along = np.stack([1.0 - u - v, u, v], axis=1) @ normals
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    truth = irradiance(light, points, along) / np.pi
+    truth = sum(np.maximum(irradiance(light, points, along), 0.0) for light in lights) / np.pi
     assert np.stack([u, v, 1.0 - u - v]).min() > 0.0
     result = pm.render(
-        pm.Scene([mesh], [light], camera),
+        pm.Scene([mesh], lights, camera),
         bands=1, size=SIZE, passes=2, pixel="center", effects="direct",
     )  # fmt: skip
     lit = truth > 0.0

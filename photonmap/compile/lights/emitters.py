@@ -17,6 +17,7 @@ from photonmap.compile.textures import TextureTable
 from photonmap.errors import InputError, naming, warn
 from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles, SunPortals
 from photonmap.kernels.lights import kinds, sun
+from photonmap.kernels.lights.selection import FEW_EMITTERS
 from photonmap.runtime.wording import listed
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import DomeLight, EnvironmentLight, Light, Profile, check_lights
@@ -213,6 +214,7 @@ def _lay_out(
         spectrum=none.astype(np.int32),
         spectra=none.astype(np.float32).reshape(0, 0),
         cdf=none,
+        in_turn=count <= FEW_EMITTERS and bool(np.isin(kind, kinds.WITHOUT_AREA).all()),
         dome=int(dome[0]) if len(dome) else -1,
         radius=radius,
         environment=None,

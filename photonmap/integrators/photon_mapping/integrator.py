@@ -54,6 +54,7 @@ from photonmap.kernels.film.irradiance_sharing import (
 )
 from photonmap.kernels.film.pixels import FLAT
 from photonmap.kernels.integrators.camera_pass import Turn, camera_pass
+from photonmap.kernels.lights.selection import FEW_EMITTERS
 
 
 class PhotonIntegrator:
@@ -210,7 +211,7 @@ class PhotonIntegrator:
         plan = plan_sampling(self._setup, self._radii)
         if not self._setup.simulates("indirect"):
             plan = plan._replace(gathers=np.zeros_like(plan.gathers))
-        if not self._setup.simulates("soft_shadows"):
+        if not self._setup.simulates("soft_shadows") and self._emitters <= FEW_EMITTERS:
             plan = plan._replace(lights=np.ones_like(plan.lights))
         return plan
 
