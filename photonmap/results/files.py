@@ -16,7 +16,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from photonmap.buffers import BY_NAME, check_buffers
+from photonmap.buffers import BY_NAME, check_buffers, without_slash
 from photonmap.errors import InputError
 from photonmap.io.envi import write_envi
 from photonmap.io.exr import Contents, Images, Projector, name_errors, write_exr
@@ -36,8 +36,8 @@ def _write_exr(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:
 
 
 def _write_netcdf(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:
-    """Write `Result.to_xarray`, with "/" in the names of light groups as "_"."""
-    arrays = {name.replace("/", "_"): image for name, image in _arrays(contents).items()}
+    """Write `Result.to_xarray`, with names `without_slash`."""
+    arrays = {without_slash(name): image for name, image in _arrays(contents).items()}
     data = make_dataset(arrays, contents.bands, contents.record)
     packed = {"zlib": True, "complevel": 1, "shuffle": True}
     encoding = {str(name): packed for name in data.data_vars}
@@ -56,7 +56,7 @@ def _write_envi(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]
     """Write FILE.hdr and FILE.img of the first buffer, FILE-NAME.hdr and so on of all others."""
     arrays, bands, written = _arrays(contents), contents.bands, list[Path]()
     for index, (name, image) in enumerate(arrays.items()):
-        stem = f"{path.stem}-{name.replace('/', '_')}" if index else path.stem
+        stem = f"{path.stem}-{without_slash(name)}" if index else path.stem
         about = describe_array(name, image)
         labels, wavelengths = ["value"], None
         if about.dimensions[-1] == "band":
