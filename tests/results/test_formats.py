@@ -147,6 +147,15 @@ def test_nothing_is_left_of_a_write_that_fails(tmp_path, monkeypatch, suffix):
     assert not [*tmp_path.iterdir()]
 
 
+def test_files_of_envi_are_no_folders(tmp_path):
+    (tmp_path / "a-direct.error.img").mkdir()
+    with pytest.raises(pm.InputError, match=r"a-direct\.error\.img: this is a folder; remove it"):
+        check_output(tmp_path / "a.hdr")
+    with pytest.raises(pm.InputError, match=r"a-direct\.error\.img: this is a folder; remove it"):
+        make().save(tmp_path / "a.hdr")
+    assert len([*tmp_path.iterdir()]) == 1
+
+
 def test_a_missing_package_is_named_before_the_render(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("photonmap.results.files.find_spec", lambda name: None)
     with pytest.raises(pm.InputError, match=r"\.nc need xarray and h5netcdf: pip install 'photonm"):
