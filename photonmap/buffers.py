@@ -377,6 +377,22 @@ def group_name(buffer: str, group: str) -> str:
     return f"{buffer}@{group}" if group else buffer
 
 
+def without_slash(name: str) -> str:
+    """Return what an array is called in files whose names have no "/": "%2F", and "%25" for "%".
+
+    Examples
+    --------
+    >>> without_slash("direct@desk/left"), with_slash("direct@desk%2Fleft")
+    ('direct@desk%2Fleft', 'direct@desk/left')
+    """
+    return name.replace("%", "%25").replace("/", "%2F")
+
+
+def with_slash(name: str) -> str:
+    """Return the name of which `without_slash` made this one."""
+    return name.replace("%2F", "/").replace("%25", "%")
+
+
 def row_of(name: str) -> Buffer | None:
     """Return the row of a buffer, or of one of a light group; None for an unknown name."""
     return BY_NAME.get(split_name(name)[0])

@@ -34,7 +34,7 @@ from photonmap.compile.spectral_columns import (
     choose_columns,
     count_distinct,
 )
-from photonmap.errors import listening
+from photonmap.errors import listening, naming_file
 from photonmap.film.bias import BiasProbe
 from photonmap.film.budget import refuse_omitted
 from photonmap.film.illuminations import IlluminationMoments, IlluminationProbes, Mix
@@ -343,7 +343,8 @@ def compile_and_plan(
     effects = plan_effects(compiled, settings.effects, count_distinct(compiled), bands.count)
     simulated = leave_out(compiled, effects)
     merges = effects.on("band_merging") and not illuminations
-    columns = choose_columns(simulated, merges, settings.per_light)
+    with naming_file(scene.lights_file or scene.file):
+        columns = choose_columns(simulated, merges, settings.per_light)
     pass_scene = carry(simulated, columns)
     has_specular = simulated.specular is not None and simulated.specular.kind.any()
     has_specular = bool(has_specular or simulated.is_thin.any())
@@ -358,9 +359,7 @@ def compile_and_plan(
         buffers=kept,
     )
     storage = check_memory(work.need, settings.memory)
-    check_unbiased(
-        settings.unbiased, compiled.specular is not None, pass_scene.specular is not None
-    )
+    check_unbiased(unbiased, compiled.specular is not None, pass_scene.specular is not None)
     warn_of_lost_caustics(settings.method, simulated, effects)
     lacking: dict[Omission, bool] = {
         "without mirrors, glass or rough surfaces": not pass_scene.has_residual,

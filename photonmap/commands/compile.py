@@ -17,7 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     usual = "NUMBA_CACHE_DIR, or the user's cache folder"
     text = "folder for the machine code"
-    shared.add_value(parser, "output", "FOLDER", text, default_text=usual, short="o")
+    more = {"default_text": usual, "short": "o", "read": shared.file_name}
+    shared.add_value(parser, "output", "FOLDER", text, **more)
     text = "compile for processors of this name or level, such as x86-64-v3"
     shared.add_value(parser, "processor", "NAME", text, default_text="this one")
     shared.add_quiet(parser)

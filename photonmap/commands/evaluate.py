@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     shared.add_group(parser, "how", how)
     usual = "NAME-evaluation in the current folder, not beside the data set NAME"
-    more = {"default_text": usual, "short": "o"}
+    more = {"default_text": usual, "short": "o", "read": shared.file_name}
     shared.add_group(parser, "files", [("output", "FOLDER", "where to write the report", more)])
     shared.add_quiet(parser)
 

@@ -17,7 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "a second render, to show the difference"
     parser.add_argument("other", nargs="?", metavar="OTHER.exr", help=text)
     text = "where to write the page"
-    shared.add_value(parser, "output", "FILE.html", text, default_text="FILE.html", short="o")
+    more = {"default_text": "FILE.html", "short": "o", "read": shared.file_name}
+    shared.add_value(parser, "output", "FILE.html", text, **more)
     text = "show only these buffers; their names, separated by commas"
     usual = "all but masks, counts and covariance"
     shared.add_value(parser, "buffers", "LIST", text, read=read_list, default_text=usual)

@@ -14,7 +14,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "a render that was written with all buffers"
     parser.add_argument("files", nargs="+", metavar="FILE.exr", help=text)
     text = "where to write the result"
-    parser.add_argument("-o", "--output", required=True, metavar="FILE.exr", help=text)
+    given = shared.reader(shared.file_name)
+    parser.add_argument("-o", "--output", type=given, required=True, metavar="FILE.exr", help=text)
     shared.add_quiet(parser)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -64,9 +65,9 @@ def run(options: argparse.Namespace) -> int | None:
 
     work = SharedWork(options.threads, options.memory) if len(outputs) > 1 else None
     with work or nullcontext():
-        for done, (view, file) in enumerate(outputs):
+        for done in range(len(outputs)):
             try:
-                code = _render(options, view, file, work)
+                code = _render(options, outputs[done:], work)
             except KeyboardInterrupt:
                 if not done:
                     raise
@@ -79,12 +80,15 @@ def run(options: argparse.Namespace) -> int | None:
 
 
 def _render(
-    options: argparse.Namespace, source: SceneSource, output: str, work: SharedWork | None
+    options: argparse.Namespace,
+    outputs: Sequence[tuple[SceneSource, str]],
+    work: SharedWork | None,
 ) -> int | None:
-    """Render by one camera, which shares its work with others, and return the exit code."""
+    """Render the first of the views that are left, which share work, and return the exit code."""
     from photonmap.render import render_file
     from photonmap.settings import Options
 
+    source, output = outputs[0]
     given = shared.choose_options(options) | {
         "checkpoint": _name_checkpoint(options, source, output)
     }
@@ -93,7 +97,7 @@ def _render(
     progress = choose_progress(options.quiet)
     viewer = Tev(Path(output).name, options.view) if options.view else None
     try:
-        announce = None if options.quiet else partial(_announce, progress)
+        announce = partial(_announce, options, [file for _, file in outputs], progress)
         chosen = Options(**given, progress=progress, watch=viewer)
         result = render_file(source, chosen, announce, work)
         with answering_interrupts():
@@ -120,8 +124,23 @@ def _name_checkpoint(options: argparse.Namespace, source: SceneSource, output: s
     return Path(shared.add_name(options.checkpoint, source.view) if every else options.checkpoint)
 
 
-def _announce(progress: Progress, scene: Scene, plan: RenderPlan) -> None:
-    """Print the view of a scene without a camera, and which effects will be simulated, and why."""
+def _announce(
+    options: argparse.Namespace,
+    files: Sequence[str],
+    progress: Progress,
+    scene: Scene,
+    plan: RenderPlan,
+) -> None:
+    """Check that files of the light groups can be written; say what will be simulated, and why.
+
+    Of a scene without a camera also print the view.
+    """
+    from photonmap.results.files import check_output
+
+    for file in files:
+        check_output(file, options.buffers, plan.columns.groups)
+    if options.quiet:
+        return
     progress.close()
     if scene.camera is None:
         x, y, z = plan.scene.camera.origin

@@ -40,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     text = "folder to write to; several images have one folder each in it"
     usual = "IMAGE-sensor beside each image"
-    shared.add_value(files, "output", "FOLDER", text, default_text=usual, short="o")
+    more = {"default_text": usual, "short": "o", "read": shared.file_name}
+    shared.add_value(files, "output", "FOLDER", text, **more)
     shared.add_quiet(parser)
 
 

@@ -103,7 +103,8 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
     add_range(groups["image"])
     text = "where to write the result: .exr; .nc or .hdf5 (netCDF); or .hdr or .img (ENVI)"
     usual = "the scene's name, in the current folder"
-    add_value(groups["files"], "output", "FILE.exr", text, default_text=usual, short="o")
+    more = {"default_text": usual, "short": "o", "read": file_name}
+    add_value(groups["files"], "output", "FILE.exr", text, **more)
     text = (
         "light that is white in the preview: scene, for all lights of the scene together; or one "
         "by name, such as D65, which leaves colours as they are"
@@ -118,6 +119,13 @@ def _white(text: str) -> str:
 
     if text != "scene":
         emission(text)
+    return text
+
+
+def file_name(text: str) -> str:
+    """Return the name of a file or folder; an empty one is refused."""
+    if not text:
+        raise ArgumentTypeError("'' is not the name of a file or folder; give one")
     return text
 
 

@@ -21,6 +21,7 @@ def run(options: argparse.Namespace) -> None:
     """Render the parts, merge them and write the result; parts are kept until then."""
     from photonmap.dataset.jobs.parts import find_missing, merge_parts, plan_parts, render_parts
     from photonmap.dataset.jobs.schedule import check_scheduler
+    from photonmap.dataset.scenes.recolor import light_groups
     from photonmap.results.files import check_output
     from photonmap.settings import Options
 
@@ -29,6 +30,8 @@ def run(options: argparse.Namespace) -> None:
     folder = output.with_suffix(".parts")
     chosen = Options(**shared.choose_options(options))
     parts = plan_parts(shared.choose_scene(options), chosen, options.parts, folder)
+    if options.per_light:
+        check_output(output, options.buffers, light_groups(parts[0].source.load()))
     missing = find_missing(parts, folder, options.resume)
     folder.mkdir(parents=True, exist_ok=True)
     for part in render_parts(missing, options.scheduler, options.workers):

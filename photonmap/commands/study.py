@@ -47,7 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
          {"read": shared.number(*_MINUTE_LIMITS, " minutes"), "default_text": minutes}),
     ]  # fmt: skip
     shared.add_group(parser, "extent", extent)
-    more = {"default_text": "SCENE-study in the current folder", "short": "o"}
+    usual = "SCENE-study in the current folder"
+    more = {"default_text": usual, "short": "o", "read": shared.file_name}
     shared.add_group(parser, "files", [("output", "FOLDER", "where to write the report", more)])
     shared.add_quiet(parser)
 

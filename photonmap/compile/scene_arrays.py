@@ -203,7 +203,7 @@ def _compile(scene: Scene, bands: Bands, aspect: float) -> CompiledScene:
     specular = reliefs.with_anisotropic_chains(specular, materials)
     lobes = reliefs.with_anisotropy(table.lobes(compiled.scattering, bands), materials)
     lobes = with_coats(with_sheens(lobes, materials, table, bands), materials, reliefs)
-    emitters = compile_lights(geometry, materials, scene.lights, bands, frame, table, camera)
+    emitters = compile_lights(geometry, materials, scene, bands, frame, table, camera)
     alpha, relief = table.holes(compiled.panes), reliefs.of_surfaces(materials)
     geometry = geometry._replace(emitter=emitters.of_triangle, alpha=alpha, relief=relief)
     return CompiledScene(

@@ -204,6 +204,8 @@ def _open(path: str | PathLike[str]) -> OpenImageIO.ImageInput:
     if Path(path).is_dir():
         raise InputError("this is a folder; give the FILE.exr of a render", path)
     if not Path(path).is_file():
+        if Path(path).exists():
+            raise InputError("this is a device or a pipe; give the FILE.exr of a render", path)
         raise InputError("there is no such file; check its name", path)
     if (file := OpenImageIO.ImageInput.open(str(path))) is not None:
         return file

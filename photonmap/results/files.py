@@ -16,7 +16,14 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from photonmap.buffers import BY_NAME, check_buffers
+from photonmap.buffers import (
+    BUFFERS,
+    BY_NAME,
+    ERROR_ENDINGS,
+    check_buffers,
+    group_name,
+    without_slash,
+)
 from photonmap.errors import InputError
 from photonmap.io.envi import write_envi
 from photonmap.io.exr import Contents, Images, Projector, name_errors, write_exr
@@ -24,6 +31,7 @@ from photonmap.io.png import write_png
 from photonmap.results.labels import describe_array, make_dataset
 from photonmap.results.preview import Preview
 from photonmap.runtime.checkpoint import is_checkpoint
+from photonmap.runtime.options import read_list
 from photonmap.runtime.writing import check_length, check_writable, drafts_beside
 
 Writer = Callable[[Contents, Path, Projector], list[Path]]
@@ -36,8 +44,8 @@ def _write_exr(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:
 
 
 def _write_netcdf(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:
-    """Write `Result.to_xarray`, with "/" in the names of light groups as "_"."""
-    arrays = {name.replace("/", "_"): image for name, image in _arrays(contents).items()}
+    """Write `Result.to_xarray`, with names `without_slash`."""
+    arrays = {without_slash(name): image for name, image in _arrays(contents).items()}
     data = make_dataset(arrays, contents.bands, contents.record)
     packed = {"zlib": True, "complevel": 1, "shuffle": True}
     encoding = {str(name): packed for name in data.data_vars}
@@ -53,10 +61,9 @@ def no_cluster() -> AbstractContextManager[object]:
 
 
 def _write_envi(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]:
-    """Write FILE.hdr and FILE.img of the first buffer, FILE-NAME.hdr and so on of all others."""
+    """Write the `_headers` of all arrays, and their values beside them."""
     arrays, bands, written = _arrays(contents), contents.bands, list[Path]()
-    for index, (name, image) in enumerate(arrays.items()):
-        stem = f"{path.stem}-{name.replace('/', '_')}" if index else path.stem
+    for (name, image), header in zip(arrays.items(), _headers(path, arrays), strict=True):
         about = describe_array(name, image)
         labels, wavelengths = ["value"], None
         if about.dimensions[-1] == "band":
@@ -64,9 +71,14 @@ def _write_envi(contents: Contents, path: Path, to_rgb: Projector) -> list[Path]
         elif image.ndim == 3:
             labels = ["x", "y", "z"]
         text = f"{name}: {about.meaning}; unit: {about.unit}"
-        header = path.with_name(f"{stem}.hdr")
         written += write_envi(image, header, labels, wavelengths, text)
     return written
+
+
+def _headers(path: Path, names: Iterable[str]) -> list[Path]:
+    """Return FILE.hdr for the first of some arrays, and FILE-NAME.hdr for each of the others."""
+    others = (f"{path.stem}-{without_slash(name)}" for name in list(names)[1:])
+    return [path.with_name(f"{stem}.hdr") for stem in (path.stem, *others)]
 
 
 def _arrays(contents: Contents) -> Images:
@@ -105,32 +117,54 @@ def _check_format(path: Path) -> None:
             )
 
 
-def check_output(path: str | PathLike[str], buffers: Iterable[str] | None = None) -> Path:
+def check_output(
+    path: str | PathLike[str],
+    buffers: Iterable[str] | None = None,
+    groups: Iterable[str] = (),
+) -> Path:
     """Check before a render that FILE.exr, or its like, FILE.png and FILE.json can be written.
 
     An `InputError` says that there is no such format, it needs a package that is missing, the
-    folder is not writable, or that there is no buffer of a name; None stands for all.
+    folder is not writable, the name of a file is too long, or that there is no buffer of a name.
+
+    buffers : names of those to be written; None for all
+    groups : names of the light groups that they are split by
     """
     check_buffers(buffers)
-    path = Path(path)
+    names = BUFFERS if buffers is None else read_list(buffers)
+    return _check_places(Path(path), _names_of(names, groups))
+
+
+def _names_of(buffers: Iterable[str], groups: Iterable[str]) -> list[str]:
+    """Return the names of all arrays that a render may have of some buffers, radiance first."""
+    rows = [BY_NAME[name] for name in sorted(buffers, key=lambda name: name != "radiance")]
+    split = {group_name(row.name, group): row for group in groups for row in rows if row.per_light}
+    named = {row.name: row for row in rows} | split
+    errors = [
+        name + ending for name, row in named.items() if row.has_error for ending in ERROR_ENDINGS
+    ]
+    return [*named, *errors]
+
+
+def _check_places(path: Path, arrays: Iterable[str]) -> Path:
+    """Check the format of an output of some arrays, and that its files can be written."""
     _check_format(path)
-    for file in _files_of(path):
+    for file in _files_of(path, arrays):
         check_length(file)
         if file.is_dir():
             raise InputError("this is a folder; remove it or choose another name", file)
         if is_checkpoint(file):
             raise InputError("this is a checkpoint; remove it or choose another name", file)
-    if _is_envi(path):
-        longest = max(BY_NAME if buffers is None else buffers, key=len, default="")
-        check_length(path.with_name(f"{path.stem}-{longest}.error8.hdr"))
     check_writable(path.parent, path)
     return path
 
 
-def _files_of(path: Path) -> list[Path]:
-    """Return the files that are written for an output."""
-    ends = [path.suffix, ".png", ".json", *([".hdr", ".img"] if _is_envi(path) else [])]
-    return [path.with_suffix(end) for end in dict.fromkeys(ends)]
+def _files_of(path: Path, arrays: Iterable[str] = ()) -> list[Path]:
+    """Return the files that are written for an output of some arrays."""
+    headers = _headers(path, arrays) if _is_envi(path) else []
+    values = [header.with_suffix(".img") for header in headers]
+    files = [path, path.with_suffix(".png"), path.with_suffix(".json"), *headers, *values]
+    return list(dict.fromkeys(files))
 
 
 def _is_envi(path: Path) -> bool:
@@ -162,9 +196,10 @@ def save_all(
     None for none. What cannot be written there is an `InputError`; a disk without room is an
     `OSError` that names the file, the bytes it needs and what to do.
     """
-    path = check_output(path)
+    arrays = _arrays(contents)
+    path = _check_places(Path(path), arrays)
     record, start = contents.record, time.perf_counter()
-    size = sum(image.nbytes for image in _arrays(contents).values())
+    size = sum(image.nbytes for image in arrays.values())
     with drafts_beside(path, size) as folder:
         image = folder / path.name
         written = [image.with_suffix(".json")]

@@ -127,8 +127,8 @@ class Labels(Colors, Mapping[str, NDArray[Any]]):
 
         The coordinates are the centres of pixels, the names of the bands, and, unless they are
         RGB, their `wavelength` in nm. Variables have `units` and `long_name`. The record is the
-        attribute `record`, in JSON, and the data set can be written by its `to_netcdf`. The arrays
-        are shared.
+        attribute `record`, in JSON, and the data set can be written by its `to_netcdf` unless the
+        name of a light has a "/". The arrays are shared.
 
         Raises
         ------

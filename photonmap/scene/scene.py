@@ -48,6 +48,8 @@ class Scene:
     up: Vector = (0.0, 1.0, 0.0)
     fov: float = FOV
     file: str | None = field(default=None, compare=False)
+    lights_file: str | None = field(default=None, compare=False)
+    """the TOML file of lights, named in their errors; None if they are of `file` or of none"""
 
     if TYPE_CHECKING:
 

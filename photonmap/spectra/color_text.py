@@ -67,6 +67,8 @@ _UNFINISHED = re.compile(
     re.I,
 )
 """What lacks the number after it, which is then no factor: "munsell:N" of "munsell:N 5"."""
+_FACTOR = re.compile(r"\s+(?=[-+]?(?:[\d.]|nan\b|inf))", re.I)
+"""What separates a source from what begins like a factor."""
 
 
 def reflectance(text: str, folder: str | os.PathLike[str] = ".") -> Color:
@@ -125,6 +127,29 @@ def _read(text: str, folder: Path, source: _Source) -> Color:
 
 
 def _scaled(body: str, folder: Path, source: _Source) -> Color:
+    """Read a source times the factor after it; what is wrong with that is told."""
+    try:
+        return _product(body, folder, source)
+    except InputError:
+        _check_factor(body, folder, source)
+        raise
+
+
+def _check_factor(body: str, folder: Path, source: _Source) -> None:
+    """Raise `InputError` where a source is followed by what begins like a factor, but is none."""
+    for found in _FACTOR.finditer(body):
+        head, rest = body[: found.start()], body[found.end() :]
+        if _UNFINISHED.fullmatch(head):
+            continue
+        try:
+            source(head, folder)
+        except InputError:
+            continue
+        problem = f"{shown(rest)} in {shown(body)} is not a factor"
+        raise InputError(f"{problem}; write one finite number, as in {shown(f'{head} 0.5')}")
+
+
+def _product(body: str, folder: Path, source: _Source) -> Color:
     """Read a source times the factor after it; a name may end in a number of its own."""
     head, _, last = body.rpartition(" ")
     head, factor = head.strip(), _number(last)

@@ -175,12 +175,15 @@ def test_strict_refuses_what_is_read_with_a_warning(tmp_path, monkeypatch, capsy
 
 
 @pytest.mark.parametrize(
-    "command", [[], ["evaluate"], ["inspect"], ["merge"], ["sensor"], ["study"]]
+    "command",
+    [[], ["compile"], ["evaluate"], ["inspect"], ["merge"], ["sensor"], ["split"], ["study"]],
 )
 def test_o_stands_for_output_in_every_command(command, capsys):
     with pytest.raises(SystemExit):
         main([*command, "--help"])
     assert re.search(r"-o [\w.-]+, --output", capsys.readouterr().out)
+    assert main([*command, "--output", ""]) == 2
+    assert "--output: '' is not the name of a file or folder; give" in capsys.readouterr().err
 
 
 PLATE = "v 2 0 0\nv 4 0 0\nv 4 2 0\nv 2 2 0\nf 1 2 3 4\n"

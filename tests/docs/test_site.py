@@ -88,12 +88,16 @@ def test_reading_without_photonmap(tmp_path, monkeypatch):
     images["shading"] = (images["direct"] + images["indirect"]) / images["reflectance"]
     images["radiance"] = (images["emission"] + images["direct"]) + images["indirect"]
     images["normal"] = rng.random((6, 9, 3), np.float32)
+    whole = {name: rng.integers(1, 9, (6, 9), np.uint32) for name in ("object_id", "passes")}
+    images |= {"valid": whole["passes"] > 4, **whole}
     result = Result(images, {"shading": images["shading"]}, Bands.gaussian(6), {"passes": 3})
     monkeypatch.chdir(tmp_path)
     result.save("box.exr")
     found = run_page(docs("reading.md"))
     np.testing.assert_array_equal(found["parts"]["radiance"], result.radiance)
     np.testing.assert_array_equal(found["image"], result.direct)
+    for name in ("valid", *whole):
+        np.testing.assert_array_equal(found["parts"][name][..., 0], images[name])
     np.testing.assert_allclose(found["wavelengths"]["direct"], result.wavelengths, atol=1e-6)
     assert found["record"]["passes"] == 3
 

@@ -337,7 +337,14 @@ def test_errors_of_a_scene_name_its_file(capsys, tmp_path):
     both = 2 * "[[light]]\ntype = 'dome'\n"
     (tmp_path / "a.toml").write_text(both)
     assert main(["info", str(tmp_path / "a.obj")]) == 2
-    assert "a.obj: a scene has one dome or environment at most" in capsys.readouterr().err
+    assert "a.toml: a scene has one dome or environment at most" in capsys.readouterr().err
+    (tmp_path / "a.toml").write_text("[[light]]\ntype = 'dome'\nradiance = 0\n")
+    assert main(["info", str(tmp_path / "a.obj")]) == 2
+    assert "a.toml: all lights are off, being 0" in capsys.readouterr().err
+    (tmp_path / "a.toml").write_text("[[light]]\ntype = 'dome'\nname = 'a@b.error'\n")
+    given = ["--per-light", "--quiet", "--output", str(tmp_path / "b.exr")]
+    assert main([str(tmp_path / "a.obj"), *given]) == 2
+    assert "a.toml: light group 'a@b.error' ends as standard" in capsys.readouterr().err
     scene = pm.scenes.cornell_box()
     scene.lights += [pm.DomeLight(), pm.DomeLight()]
     with pytest.raises(pm.InputError, match=r"^a scene has one dome or environment at most"):

@@ -147,7 +147,8 @@ def test_ply_names_what_is_not_simulated(read):
         (ply(np.c_[TRIANGLE, [[0, np.nan]] * 3], [[0, 1, 2]], "x y z s t"), "texture coordinate 0"),
         (ply(TRIANGLE, [[0, 1, 2]]).replace("vertex 3", "vertex 5"), "is damaged"),
         (ply(TRIANGLE, [[0, 1, 2]]).replace("face 1", "face 2"), "2 rows are announced, but"),
-        (ply(TRIANGLE, [[0, 1, 2]]).replace("1.0", "x"), "is damaged"),
+        (ply(TRIANGLE, [[0, 1, 2]]).replace("1.0", "x"), "11: 'x' is not a number; export it"),
+        (ply(TRIANGLE, [[0, 1, 2]]).replace(" 1.0 0", " 1_0 0"), "'1_0' is not a number"),
         (ply(TRIANGLE, [[0, 1, 2]]).replace("1.0", "x", 1), ""),
         (ply(TRIANGLE, [[0, 1, 2]]).replace("end_header", ""), "is damaged"),
         (ply(TRIANGLE, [[0, 1, 2]], kind="binary_little_endian")[:-1], "1 rows are announced, but"),
@@ -162,7 +163,7 @@ def test_ply_errors(read, data, message):
     if not message:
         assert len(read("a.ply", data)) == 1
         return
-    with pytest.raises(InputError, match=r"a\.ply: .*" + message) as caught:
+    with pytest.raises(InputError, match=r"a\.ply:.*" + message) as caught:
         read("a.ply", data)
     assert "\n" not in str(caught.value)
 

@@ -403,12 +403,20 @@ def test_references_are_followed_within_the_folder(load, tmp_path):
 
 
 def test_a_damaged_stage_is_refused(load, tmp_path, capfd):
-    with pytest.raises(pm.InputError, match=r"a\.usda: is not a USD stage") as refused:
+    with pytest.raises(pm.InputError, match=r"a\.usda:\d: is not a USD stage") as refused:
         load('def Mesh "m" {{{')
     assert "\n" not in str(refused.value)
     broken = 'def Mesh "m" {\n  int[] faceVertexCounts = [3\n  float3[] extent = []\n}'
     with pytest.raises(pm.InputError, match=r"c\.usda:\d: .* damaged at 'float3\[\] extent"):
         load(broken, name="c.usda")
+    unclosed = 'def Mesh "m" {\n  int[] faceVertexCounts = [3] }\n'
+    with pytest.raises(pm.InputError, match=r"d\.usda:\d: .* damaged: Expected } at 'int\[\] face"):
+        load(unclosed, name="d.usda")
+    word = 'def Mesh "m" {\n  point3f[] points = [(0, 0, q)]\n}'
+    with pytest.raises(
+        pm.InputError, match=r"e\.usda:\d: .* parse .* at '\[\(0, 0, q\)\]'; export"
+    ):
+        load(word, name="e.usda")
     with pytest.raises(pm.InputError, match="its faces have 4 corners, but 3 are given"):
         load(triangle().replace("[3]", "[4]"), name="b.usda")
     assert capfd.readouterr().err == ""

@@ -7,17 +7,24 @@ import pytest
 
 import photonmap as pm
 from photonmap.commands.main import main
+from photonmap.dataset.files import image_files
 from photonmap.results.files import WRITERS, check_output
 from photonmap.results.result import Result
 from photonmap.spectra.bands import Bands
 
 H, W = 9, 5
+SPLIT = {
+    "direct@a/b": "direct@a%2Fb",
+    "direct@a_b": "direct@a_b",
+    "direct@a%2Fb": "direct@a%252Fb",
+}
+"""Names in files of light groups whose names are alike."""
 
 
 def make(bands=None):
     bands = bands or Bands.gaussian(4)
     rng = np.random.default_rng(1)
-    names = ("emission", "direct", "direct@a/b", "radiance", "reflectance")
+    names = ("emission", "direct", *SPLIT, "radiance", "reflectance")
     buffers = {name: rng.random((H, W, bands.count), np.float32) for name in names}
     buffers["unresolved"] = rng.random((H, W)) < 0.5
     buffers["normal"] = rng.random((H, W, 3), np.float32)
@@ -34,9 +41,9 @@ def test_netcdf_is_read_by_xarray(tmp_path):
     result = make()
     result.save(tmp_path / "a.nc")
     with xarray.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as data:
-        assert set(data.data_vars) == {name.replace("/", "_") for name in result}
+        assert set(data.data_vars) == {SPLIT.get(name, name) for name in result}
         for name, image in result.arrays.items():
-            np.testing.assert_array_equal(data[name.replace("/", "_")], image)
+            np.testing.assert_array_equal(data[SPLIT.get(name, name)], image)
         np.testing.assert_allclose(data.wavelength, result.wavelengths)
         assert data.direct.attrs["units"] == "W·m⁻²·sr⁻¹"
         assert json.loads(data.attrs["record"]) == result.record
@@ -52,7 +59,7 @@ def test_hdf5_is_read_by_h5py(tmp_path):
     with h5py.File(tmp_path / "new" / "a.hdf5") as file:
         for name, image in result.arrays.items():
             np.testing.assert_array_equal(
-                file[name.replace("/", "_")][...].astype(image.dtype), image
+                file[SPLIT.get(name, name)][...].astype(image.dtype), image
             )
         np.testing.assert_allclose(file["wavelength"], result.wavelengths)
         assert file["wavelength"].attrs["units"] == "nm"
@@ -68,7 +75,7 @@ def test_envi_is_read_by_spy(tmp_path, suffix):
     result = make()
     result.save(tmp_path / f"a{suffix}")
     for name, image in result.arrays.items():
-        stem = "a" if name == "radiance" else f"a-{name.replace('/', '_')}"
+        stem = "a" if name == "radiance" else f"a-{SPLIT.get(name, name)}"
         read = envi.open(tmp_path / f"{stem}.hdr")
         array = np.asarray(read.load(dtype=image.dtype))
         np.testing.assert_array_equal(array.reshape(image.shape), image, name)
@@ -78,6 +85,24 @@ def test_envi_is_read_by_spy(tmp_path, suffix):
     assert read.bands.band_unit == "Nanometers"
     assert read.metadata["band names"] == list(result.bands.names)
     assert len([*tmp_path.iterdir()]) == 2 * len(result.arrays) + 2
+
+
+def test_names_of_light_groups_are_read_back(tmp_path):
+    pytest.importorskip("h5py")
+    result = make()
+    result.save(tmp_path / "a.exr")
+    image_files._write_bands(tmp_path / "bands.hdf5", result, ["direct@a/b"])
+    half = result["direct@a/b"].astype(np.float16)
+    for read, wanted in (
+        (pm.load_result(tmp_path / "a.exr"), result["direct@a/b"]),
+        (image_files.read_hdf5(tmp_path / "bands.hdf5"), half),
+    ):
+        assert set(read) == set(result)
+        np.testing.assert_array_equal(read["direct@a/b"], wanted)
+        np.testing.assert_array_equal(read["direct@a_b"], result["direct@a_b"])
+    names, halves = image_files.hdf5_halves(tmp_path / "bands.hdf5")
+    assert set(names) == set(result)
+    assert halves == ["direct@a/b"]
 
 
 def test_rgb_has_no_wavelengths(tmp_path):
@@ -120,6 +145,15 @@ def test_nothing_is_left_of_a_write_that_fails(tmp_path, monkeypatch, suffix):
     with pytest.raises(OSError, match="No space left"):
         make().save(tmp_path / f"a{suffix}")
     assert not [*tmp_path.iterdir()]
+
+
+def test_files_of_envi_are_no_folders(tmp_path):
+    (tmp_path / "a-direct.error.img").mkdir()
+    with pytest.raises(pm.InputError, match=r"a-direct\.error\.img: this is a folder; remove it"):
+        check_output(tmp_path / "a.hdr")
+    with pytest.raises(pm.InputError, match=r"a-direct\.error\.img: this is a folder; remove it"):
+        make().save(tmp_path / "a.hdr")
+    assert len([*tmp_path.iterdir()]) == 1
 
 
 def test_a_missing_package_is_named_before_the_render(tmp_path, monkeypatch, capsys):

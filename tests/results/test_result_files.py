@@ -1,6 +1,7 @@
 """The files of a render, read back by photonmap, by OpenImageIO and by colour-science."""
 
 import json
+import os
 import warnings
 from pathlib import Path
 
@@ -328,6 +329,8 @@ def test_only_whole_files_of_photonmap_are_read(tmp_path):
         load_result(tmp_path / "missing.exr")
     with pytest.raises(InputError, match="this is a folder"):
         load_result(tmp_path)
+    with pytest.raises(InputError, match=f"^{os.devnull}: this is a device or a pipe; give the"):
+        load_result(os.devnull)
     for file in sorted(set(tmp_path.iterdir()) - {tmp_path / "image.exr", tmp_path / "image.json"}):
         with pytest.raises(InputError, match=r"OpenEXR|damaged|not written by photonmap") as caught:
             load_result(file)

@@ -167,6 +167,27 @@ def test_long_names_on_the_command_line(arguments, tmp_path, monkeypatch, capsys
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("command", [[], ["split", "--parts", "2"]], ids=["render", "split"])
+def test_long_names_of_light_groups(command, tmp_path, monkeypatch, capsys):
+    """ENVI has a file for each of their arrays; so has what is saved later."""
+    box = pm.scenes.cornell_box()
+    lamp = pm.PointLight((0.0, 0.5, 0.0), 1.0, LONG)
+    (tmp_path / "box").mkdir()
+    save_scene(replace(box, lights=[lamp]), tmp_path / "box" / "box.obj")
+    monkeypatch.setattr("photonmap.integrators.render_loop.RenderLoop.run", None)
+    given = [str(tmp_path / "box" / "box.toml"), "--per-light", "--output", str(tmp_path / "a.hdr")]
+    assert main([*command, *given, "--size", "8x8", "--passes", "2", "--quiet"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "a-direct@aaaa" in line
+    assert "too long for this disk; choose a shorter one" in line
+    result = make()
+    image = result.radiance
+    split = replace(result, buffers={"radiance": image, f"direct@{LONG}": image})
+    with pytest.raises(pm.InputError, match="too long for this disk; choose a shorter one"):
+        split.save(tmp_path / "a.hdr")
+    assert [file.name for file in tmp_path.iterdir()] == ["box"]
+
+
 def test_long_labels_become_short_file_names(tmp_path):
     scene = pm.scenes.cornell_box()
     spectrum = pm.Spectrum([400.0, 700.0], [0.2, 0.8])

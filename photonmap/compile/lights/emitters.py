@@ -14,7 +14,7 @@ from photonmap.compile.geometry import triangle_areas
 from photonmap.compile.lights.environment import AMBIENT, MappedLight, Sky, compile_sky, default_sky
 from photonmap.compile.lights.probabilities import EmitterBounds, grow_tree, make_cdf, mix_uniform
 from photonmap.compile.textures import TextureTable
-from photonmap.errors import InputError, naming, warn
+from photonmap.errors import InputError, naming, naming_file, warn
 from photonmap.kernels.core.records import Geometry, Lights, LightTree, Profiles, SunPortals
 from photonmap.kernels.lights import kinds, sun
 from photonmap.kernels.lights.selection import FEW_EMITTERS
@@ -22,6 +22,7 @@ from photonmap.runtime.wording import listed
 from photonmap.scene.camera import Camera
 from photonmap.scene.lights import DomeLight, EnvironmentLight, Light, Profile, check_lights
 from photonmap.scene.material import Material
+from photonmap.scene.scene import Scene
 from photonmap.scene.textures import Paint, mean_color
 from photonmap.spectra.bands import Bands
 from photonmap.spectra.curves import Floats
@@ -73,7 +74,7 @@ class _Layout(NamedTuple):
 def compile_lights(
     geometry: Geometry,
     materials: Sequence[Material],
-    lights: Sequence[Light],
+    scene: Scene,
     bands: Bands,
     frame: Frame,
     textures: TextureTable,
@@ -88,7 +89,8 @@ def compile_lights(
     emission = np.stack([emission_of(m.emission, bands, f"material {m.name!r}") for m in materials])
     emits = np.asarray(emission.any(axis=1))
     area_names = [materials[k].name for k in material[emits[material]]]
-    shining = _find_shining(lights, area_names, bands, camera)
+    with naming_file(scene.lights_file):
+        shining = _find_shining(scene.lights, area_names, bands, camera)
     portals = find_portals(materials, emission)
     opens = portals & (shining.dome >= 0)
     emitting = np.flatnonzero((emits | opens)[material])

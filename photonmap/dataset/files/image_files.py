@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.buffers import with_slash, without_slash
 from photonmap.dataset.files.derived_buffers import as_rgb
 from photonmap.dataset.files.inside import inside
 from photonmap.dataset.files.lean import RGB, as_lean, held_in, restored
@@ -159,7 +160,7 @@ def _write_bands(path: Path, result: Result, halves: Collection[str]) -> None:
         file.attrs["record"] = json.dumps(result.record)
         for name, image in result.arrays.items():
             data = image.astype(np.float16) if name in halves else image
-            file.create_dataset(name, data=data, compression="gzip", shuffle=True)
+            file.create_dataset(without_slash(name), data=data, compression="gzip", shuffle=True)
 
 
 def hypersim_images(result: Result, rgb: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -234,7 +235,7 @@ def read_hdf5(path: Path) -> Result:
         with h5py.File(path) as file:
             bands = Bands.from_description(json.loads(file.attrs["bands"]))
             record = json.loads(file.attrs["record"])
-            parts = {current_name(name): file[name][()] for name in file}
+            parts = {_name_of(name): file[name][()] for name in file}
     except (OSError, KeyError, ValueError) as error:
         raise InputError(f"is damaged ({error}); {_AGAIN}", path) from None
     for name, image in parts.items():
@@ -248,8 +249,13 @@ def hdf5_halves(path: Path) -> tuple[list[str], list[str]]:
     import h5py
 
     with h5py.File(path) as file:
-        halves = [current_name(name) for name in file if file[name].dtype == np.float16]
-        return [current_name(name) for name in file], halves
+        halves = [_name_of(name) for name in file if file[name].dtype == np.float16]
+        return [_name_of(name) for name in file], halves
+
+
+def _name_of(dataset: str) -> str:
+    """Return what an array of an HDF5 file is called now."""
+    return current_name(with_slash(dataset))
 
 
 def list_arrays(folder: Path) -> list[str]:

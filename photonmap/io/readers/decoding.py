@@ -212,6 +212,26 @@ def parse_floats(text: NDArray[np.uint8]) -> Floats | None:
     return values if len(values) == len(words) else None
 
 
+def check_decimals(path: Path, data: bytes, before: int = 0) -> None:
+    """Raise `InputError` for the first word of a text that is no decimal.
+
+    before : lines of the file before the text
+    """
+    for number, line in enumerate(data.splitlines(), start=before + 1):
+        for word in line.split():
+            if not _is_decimal(word):
+                text = shown(word.decode(errors="replace"))
+                raise InputError(f"{text} is not a number; export it again", path, number)
+
+
+def _is_decimal(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return b"_" not in word
+
+
 def _parse_plain(text: NDArray[np.uint8], words: Ints, ends: Ints) -> Floats | None:
     """Parse decimals without exponents as integers over powers of ten, which is faster.
 

@@ -53,7 +53,7 @@ def read(path: Path, options: ReadOptions) -> Scene:
 def _decode(path: Path, data: bytes, losses: decoding.Losses) -> Scene:
     if not data.startswith(b"ply"):
         raise InputError("is not a PLY file; name one that begins with 'ply'", path)
-    elements, comments, rest = read_elements(data)
+    elements, comments, rest = read_elements(path, data)
     _note_ply(elements, comments, losses)
     if rest:
         decoding.note_loss(losses, f"{rest} values behind the last element")
@@ -169,7 +169,7 @@ class _Stream:
         return parts.view(kind).ravel().astype(kind.newbyteorder("="))
 
 
-def read_elements(data: bytes) -> tuple[dict[str, Element], list[str], int]:
+def read_elements(path: Path, data: bytes) -> tuple[dict[str, Element], list[str], int]:
     """Return the elements of a PLY file by name, the lines of its header with comments, and a rest.
 
     The rest is the number of bytes, or numbers of a text, that belong to no element.
@@ -186,6 +186,7 @@ def read_elements(data: bytes) -> tuple[dict[str, Element], list[str], int]:
     if order == "=":
         numbers = decoding.parse_floats(np.frombuffer(b"\n" + data[begin:] + b"\n", np.uint8))
         if numbers is None:
+            decoding.check_decimals(path, data[begin:], len(data[:begin].splitlines()))
             raise ValueError("a number is malformed")
         items = numbers
     stream = _Stream(items)

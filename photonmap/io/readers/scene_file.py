@@ -116,7 +116,9 @@ def read(path: Path, options: registry.ReadOptions) -> Scene:
     lights = read_lights(toml)
     named = {light.name for light in lights if light.name}
     others = [light for light in scene.lights if light.name not in named]
-    return Scene(meshes, others + lights, camera, path.stem, several, file=str(path))
+    scene = Scene(meshes, others + lights, camera, path.stem, several, file=str(path))
+    scene.lights_file = str(toml.path) if lights else None
+    return scene
 
 
 def scene_files(path: str | PathLike[str]) -> list[Path]:

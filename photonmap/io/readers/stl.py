@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from photonmap.errors import InputError
-from photonmap.io.readers.decoding import Losses, decode_colors, decode_file, note_loss
+from photonmap.io.readers.decoding import (
+    Losses,
+    check_decimals,
+    decode_colors,
+    decode_file,
+    note_loss,
+)
 from photonmap.io.readers.meshes import Part, build_mesh
 from photonmap.io.readers.registry import GREY, ReadOptions
 from photonmap.scene.material import Material
@@ -38,7 +44,11 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
             message = f"is damaged: binary of {count} triangles would have {84 + 50 * count} bytes"
             raise InputError(f"{message}, not {len(data)}; export it again", path)
         data = data.decode(errors="replace").encode()
-    loaded: dict[str, Any] = load_stl(BytesIO(data))
+    try:
+        loaded: dict[str, Any] = load_stl(BytesIO(data))
+    except ValueError:
+        _check_vertices(path, data)
+        raise
     attributes = loaded.get("face_attributes", {}).get("stl")
     solids = loaded.get("geometry", {"": loaded})
     colors = None
@@ -47,6 +57,7 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
         facets = len(re.findall(rb"(?i)\bfacet\s+normal\b", data))
         vertices = len(re.findall(rb"(?i)\bvertex[ \t]+[-+.\dni]", data))
         if (facets, vertices) != (faces, 3 * faces):  # some were skipped
+            _check_vertices(path, data)
             message = f"is damaged: {faces} of {facets} facets ({vertices} vertices) are complete"
             raise InputError(f"{message}; export it again", path)
     else:
@@ -60,6 +71,17 @@ def _decode(path: Path, data: bytes, losses: Losses) -> Scene:
         part = Part(np.asarray(solid["vertices"], np.float64), corners, colors=colors)
         scene.meshes.append(build_mesh(path, part, default, name.decode() or path.stem))
     return scene
+
+
+def _check_vertices(path: Path, data: bytes) -> None:
+    """Raise `InputError` for the first vertex of a text that is not three numbers."""
+    for number, line in enumerate(data.splitlines(), start=1):
+        keyword, *words = line.split() or [b""]
+        if keyword.lower() == b"vertex":
+            check_decimals(path, b" ".join(words), number - 1)
+            if len(words) != 3:
+                message = f"vertex has {len(words)} numbers, not 3; export it again"
+                raise InputError(message, path, number)
 
 
 def _facet_colors(

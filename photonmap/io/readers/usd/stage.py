@@ -31,7 +31,9 @@ if find_spec("pxr") is not None:
 
 MOST_LAYERS = 1000  # Files that a stage may be composed of
 _DAMAGED = "is not a USD stage, or is damaged{}; export it again"
-_PARSING = re.compile(r":(\d+):\d+: parse error .* at ('.*')")  # What USD says of a text file
+_PARSING = re.compile(r":(\d+):\d+: (?:parse error .*?|(.*?)) at '(.*)'(?: in <.*>)?$", re.M)
+"""What USD says of a text file: the line, the reason unless it names rules of a grammar, and where
+"""
 _TEMPLATE = "templateAssetPath"  # The one name of files that is text in USD's metadata
 _UDIM, _FIRST = "<UDIM>", 1001  # What stands for the number of a tile, and that at u = v = 0
 _MOST_TEXELS = 1 << 30  # Values of all tiles together, with those between them
@@ -286,7 +288,8 @@ def _open_layer(scene: Path, found: str) -> Any:
     except Tf.ErrorException as error:
         layer, wrong = None, _PARSING.search(str(error))
     if layer is None and Ar.GetResolver().Resolve(found):
-        message = _DAMAGED.format(f" at {wrong[2]}" if wrong else "")
+        reason = f": {wrong[2]}" if wrong and wrong[2] else ""
+        message = _DAMAGED.format(f"{reason} at {shown(wrong[3])}" if wrong else "")
         line = int(wrong[1]) if wrong else None
         if found == str(scene):
             raise InputError(message, scene, line)
