@@ -262,6 +262,7 @@ class Node:
 
     element: Element  # where it is described
     context: Context  # what all parts of the reader of a scene share
+    is_old: bool = False  # of a file of version 0.x
     children: list[tuple[str, Node]] = field(default_factory=list)  # each with its name here
     read: set[str] = field(default_factory=set)  # names of the parameters that were asked for
     known: dict[Any, Any] = field(default_factory=dict)  # what functions made of it, see `once`
@@ -432,7 +433,7 @@ class _Loader:
                 raise element.error(f"<{shown(element.tag)[1:-1]}> is not known; known are {known}")
 
     def _add_node(self, parent: Node, element: Element, old: bool) -> None:
-        node = Node(element, self.context)
+        node = Node(element, self.context, old)
         parent.children.append((element.attributes.get("name", ""), node))
         if element.tag == "ref":
             self.references.append((parent, len(parent.children) - 1))
