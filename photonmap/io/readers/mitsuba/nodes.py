@@ -29,6 +29,7 @@ DEEPEST = 100  # Levels of elements within each other, at most
 _SEPARATORS = re.compile(r"[\s,]+")
 T = TypeVar("T")
 _FLATTEST = 1e-30  # Least determinant of the linear part
+_NEAR = 1e-3  # By how much the length of a unit vector may differ from 1
 
 
 @dataclass(eq=False)
@@ -163,6 +164,13 @@ def _rotate(step: Element) -> Floats:
     matrix = np.eye(4)
     matrix[:3, :3] += math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
     return matrix
+
+
+def _is_distorted(step: Element) -> bool:
+    """Return whether Mitsuba 2 and 3, which do not normalise axes, make no turn of a rotation."""
+    if step.tag != "rotate":
+        return False
+    return not math.isclose(np.linalg.norm(step.vector(0.0)), 1.0, rel_tol=_NEAR)
 
 
 def _look_at(step: Element) -> Floats:
@@ -377,7 +385,12 @@ class Node:
     def transform(self, name: str = "to_world") -> Floats:
         """Return a 4×4 matrix, the identity if it is not given."""
         found = self.find(name)
-        return np.eye(4) if found is None else read_transform(found.element)
+        if found is None:
+            return np.eye(4)
+        matrix = read_transform(found.element)
+        if not found.is_old and any(map(_is_distorted, found.element.children)):
+            self.lose("the distortion by a <rotate> about an axis that is not of unit length")
+        return matrix
 
 
 def once(read: Callable[[Node], T]) -> Callable[[Node], T]:
