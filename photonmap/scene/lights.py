@@ -169,7 +169,9 @@ class PhotometricLight(Light):
         from the direction to its opposite, and azimuths, evenly over a full turn, ends included
     intensity : mean radiant intensity over all directions, W·sr⁻¹; the table is relative
     direction : in which polar angles are 0
-    azimuth : towards which azimuths are 0, as far as it is at right angles to the direction
+    azimuth : towards which azimuths are 0, as far as it is at right angles to the direction;
+        others follow counterclockwise as seen from behind the lamp, which is from above if it
+        points down: by default, 90° lies towards -z
     """
 
     position: Annotated[Vector, Point()]
@@ -198,9 +200,9 @@ class PhotometricLight(Light):
     def emitter(self) -> Emitter:
         """Return a point whose intensity is a table."""
         z, azimuth = self._axes()
-        y = np.cross(z, azimuth)
+        y = np.cross(azimuth, z)
         y /= np.linalg.norm(y)
-        profile = Profile(np.stack([np.cross(y, z), y, z]), as_table(self.table))
+        profile = Profile(np.stack([np.cross(z, y), y, z]), as_table(self.table))
         return Emitter(
             "photometric", lambda radius: 4.0 * np.pi, self.position, cone=-1.0, profile=profile
         )

@@ -27,7 +27,8 @@ def read_ies(path: str | PathLike[str]) -> Table:
     """Read an IES file of type C, without tilt, as a table over directions.
 
     It is (181, 361) float32 candelas: polar angles of 0° to 180° from the axis of the luminaire,
-    which points down, and azimuths of 0° to 360°. Other files are an `InputError`.
+    which points down, and azimuths of 0° to 360°, counterclockwise as seen from above. Other files
+    are an `InputError`.
     """
     try:
         text = Path(path).read_text(encoding="latin-1")

@@ -160,7 +160,8 @@ BSDFS = {
     "rough plastic": scene(
         ball(
             '<bsdf type="roughplastic"><rgb name="diffuse_reflectance" value=".2 .5 .8"/>'
-            '<string name="distribution" value="ggx"/><float name="alpha" value=".2"/></bsdf>'
+            '<string name="distribution" value="ggx"/><float name="alpha" value=".2"/>'
+            '<float name="specular_reflectance" value=".6"/></bsdf>'
         ),
         LAMP,
         SKY,

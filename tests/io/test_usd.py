@@ -213,10 +213,10 @@ FILE = POINT + "asset inputs:shaping:ies:file = @a.ies@\nfloat inputs:shaping:co
 
 
 def intensity_along(light, direction):
-    """Look the table of a light up: azimuths go from its own towards axis × azimuth."""
+    """Look the table of a light up: azimuths go from its own towards azimuth × axis."""
     axis, first = np.array(light.direction), np.array(light.azimuth)
     z = axis @ direction / np.linalg.norm(axis)
-    side = np.cross(axis, first) / np.linalg.norm(first)
+    side = np.cross(first, axis) / np.linalg.norm(first)
     x, y = first @ direction / np.linalg.norm(first), side @ direction / np.linalg.norm(axis)
     table = light.table / mean_over_directions(light.table)
     i = round(math.degrees(math.acos(min(max(z, -1.0), 1.0))))

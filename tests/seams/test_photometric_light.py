@@ -62,12 +62,12 @@ def test_direct_light_of_a_file(tmp_path, method):
     light = pm.PhotometricLight((0.0, HEIGHT, 0.0), file, intensity)
     result, x, z = look_down(light, method)
     polar = np.degrees(np.arctan2(np.hypot(x, z), HEIGHT))
-    azimuth = np.degrees(np.arctan2(z, x))  # of 90° towards +z: the third axis is down, x right
+    azimuth = np.degrees(np.arctan2(-z, x))  # counterclockwise from above, as LM-63 has it
     level = candelas(polar, azimuth) / mean_over_directions(candelas) * intensity
     truth = RHO / np.pi * level * np.cos(np.radians(polar)) ** 3 / HEIGHT**2
     np.testing.assert_allclose(result.direct[..., 0], truth, rtol=5e-4)
     assert (result.indirect == 0.0).all()
-    assert result.direct[-1].mean() > 1.2 * result.direct[0].mean()
+    assert result.direct[0].mean() > 1.2 * result.direct[-1].mean()
 
 
 def test_the_axes_turn_the_table():
@@ -84,7 +84,7 @@ def test_the_axes_turn_the_table():
     way = np.stack([x, np.zeros_like(x), z], axis=-1) - place
     distance = np.linalg.norm(way, axis=-1)
     polar = np.degrees(np.arccos(way @ axis / distance))
-    turn = np.degrees(np.arctan2(way @ np.cross(axis, first), way @ first))
+    turn = np.degrees(np.arctan2(way @ np.cross(first, axis), way @ first))
     level = candelas(polar, turn) / mean_over_directions(candelas) * 2.0
     truth = RHO / np.pi * level * HEIGHT / distance**3
     np.testing.assert_allclose(result.direct[..., 0], truth, rtol=1e-3)
@@ -126,7 +126,7 @@ def test_photons_leave_as_the_table_says():
     axis, azimuth = (np.array(v) / np.linalg.norm(v) for v in (light.direction, light.azimuth))
     first = azimuth - (azimuth @ axis) * axis
     first /= np.linalg.norm(first)
-    turn = np.arctan2(directions @ np.cross(axis, first), directions @ first) % (2.0 * np.pi)
+    turn = np.arctan2(directions @ np.cross(first, axis), directions @ first) % (2.0 * np.pi)
     place = np.minimum(((1.0 - directions @ axis) / 2.0 * heights).astype(int), heights - 1)
     place = place * turns + np.minimum((turn / (2.0 * np.pi) * turns).astype(int), turns - 1)
     sums, squares = (np.bincount(place, flux**power, heights * turns) for power in (1, 2))

@@ -23,7 +23,8 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 from photonmap.spectra.fluorophores import read_fluorophores
 
 _PLACED = ("scale", "offset", "clamp", "nearest")
-_NUMBERS = ("roughness", "metallic fraction", "concentration")  # Of which images are linear
+_NUMBERS = ("roughness", "metallic fraction", "concentration", "opacity")
+"""Of which images are linear"""
 
 _DEEPEST = 100  # Parts of a key; tomllib takes time with the square of their number
 _KEY = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
@@ -128,7 +129,7 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
 
 
 def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) -> Texture:
-    """Return the texture that a table describes; those of `_NUMBERS` are linear."""
+    """Return the texture that a table describes; those of `_NUMBERS` are linear by default."""
     if not isinstance(table.get("file"), str):
         raise InputError(f'{shown(table)} names no file; write {{ file = "IMAGE" }}')
     path = named_file(folder, table["file"])

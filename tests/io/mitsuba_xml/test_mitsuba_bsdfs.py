@@ -133,6 +133,27 @@ def test_paint_below_a_coat_by_its_bare_albedo(index):
     np.testing.assert_allclose(base, expected, rtol=1e-6)
 
 
+def test_specular_reflectance_of_plastic(look):
+    """The highlight is so much of Fresnel's, and the base returns as much light below any."""
+    inside = '<float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/>'
+    bare, thin, whole = (
+        look("plastic", f'{inside}<float name="specular_reflectance" value="{part}"/>')
+        for part in (0, 0.3, 1)
+    )
+    assert (bare.glossy, bare.coat, thin.coat, thin.coat_ior) == (0.0, 0.0, 0.3, 1.5)
+    assert (whole.glossy, whole.coat) == (pytest.approx(0.04), 0.0)
+    reflected = coat_albedo(0.04, 0.0)
+    returned = [
+        (1.0 - reflected) ** 2 * base / (1.0 - reflected * base)
+        for base in (thin.reflectance, whole.reflectance)
+    ]
+    assert bare.reflectance == pytest.approx(returned[1])
+    assert 0.3 * returned[0] + 0.7 * thin.reflectance == pytest.approx(returned[1])
+    with pytest.warns(SceneWarning, match="colour of specular_reflectance at grazing angles"):
+        tinted = look("plastic", inside + RED.format("specular_reflectance"))
+    np.testing.assert_allclose(tinted.glossy, [0.032, 0.008, 0.004])
+
+
 @pytest.mark.parametrize("kind", ["roughconductor", "roughdielectric"])
 def test_anisotropic_metals_and_glass(look, kind):
     alphas = '<float name="alpha_u" value=".1"/><float name="alpha_v" value=".4"/>'
@@ -338,6 +359,8 @@ def blend(one, other, weight=0.25):
 
 RED_PAINT = f'<bsdf type="diffuse">{RED.format("reflectance")}</bsdf>'
 MIRROR = '<bsdf type="conductor"/>'
+HALF = '<bsdf type="plastic"><float name="specular_reflectance" value=".5"/></bsdf>'
+ROUGH = HALF.replace('"plastic">', '"roughplastic">' + GGX)
 GLOSSY = f'<bsdf type="roughconductor"><float name="alpha" value=".{{}}"/>{GGX}</bsdf>'
 BRUSHED = GLOSSY.format("1").replace("/>", '/><float name="alpha_v" value=".4"/>', 1)
 
@@ -355,6 +378,8 @@ def test_blends(look):
     assert (varnish.glossy, varnish.roughness) == (0.75 * metal.glossy, pytest.approx(0.3))
     bottle = look("blendbsdf", blend(RED_PAINT, '<bsdf type="dielectric"/>'))
     assert (bottle.reflectance, bottle.transmission) == ((0.8, 0.2, 0.1), pytest.approx(0.25))
+    varnish = look("blendbsdf", blend(RED_PAINT, HALF))
+    assert (varnish.coat, varnish.coat_roughness) == (0.25 * 0.5, 0.0)
     holes = look("blendbsdf", blend(RED_PAINT, '<bsdf type="null"/>'))
     assert holes.alpha == pytest.approx(0.75)
 
@@ -364,6 +389,8 @@ def test_blends(look):
     [
         ((MIRROR, '<bsdf type="dielectric"/>'), "lesser part of a blend with glass"),
         ((MIRROR, GLOSSY.format("1")), "blend of a mirror and a glossy surface"),
+        ((MIRROR, HALF), "blend of a mirror and a glossy surface"),
+        ((HALF, ROUGH), "two degrees of roughness of a coat"),
         ((GLOSSY.format("1"), GLOSSY.format("3")), "two degrees of roughness"),
         ((BRUSHED, GLOSSY.format("1")), "anisotropy of a blend"),
         ((BRUSHED, '<bsdf type="dielectric"/>'), "two degrees of anisotropy"),

@@ -52,6 +52,8 @@ def test_colours_encoded_in_srgb(reflectance):
     """188 of 255 is half of the light; as the scenes of Mitsuba 0.x have it."""
     for value in ('<srgb @ value="#bc00ff"/>', '<srgb @ value=".7372549 0 1"/>'):
         np.testing.assert_allclose(reflectance(value), [0.5029, 0.0, 1.0], atol=1e-4)
+    old = reflectance('<rgb @ value="#bc00ff"/>', version="0.6.0")  # which is linear
+    np.testing.assert_allclose(old, [0.7372549, 0.0, 1.0])
 
 
 @pytest.mark.parametrize(
@@ -196,7 +198,8 @@ def test_textures_where_only_colours_are_simulated(radiance, png):
     ("value", "message"),
     [
         ('<rgb @ value="1 2"/>', "value '1 2' is not one number or three"),
-        ('<rgb @ value="#12"/>', "'#12' is not a colour; write six digits"),
+        ('<srgb @ value="#12"/>', "'#12' is not a colour; write six digits"),
+        ('<rgb @ value="#bc00ff"/>', "'#bc00ff' is no <rgb>.*; if it is sRGB, write 0.5029 0 1$"),
         ('<rgb @ value="-1"/>', "radiance is -1; keep it at least 0"),
         ('<spectrum @ value="1 2"/>', "'1 2' is not a spectrum"),
         ('<spectrum @ value="500:1 400:2"/>', "wavelengths must increase"),

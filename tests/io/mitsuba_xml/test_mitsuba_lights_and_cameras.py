@@ -311,7 +311,7 @@ def test_a_light_is_placed_once(load, kind, given):
 def test_scales_that_are_not_simulated_are_named(load, node, named):
     """In 3.9, a directional light of scale 2 is twice as bright, and cones and films stretch."""
     shape, tag = '<shape type="sphere"/>', node.partition(" ")[0]
-    for steps in ('<rotate x=".3" y="1" angle="40"/>', '<translate x="2"/>'):
+    for steps in ('<rotate x=".6" y=".8" angle="40"/>', '<translate x="2"/>'):
         load(f'{shape}<{node}><transform name="to_world">{steps}</transform></{tag}>')
     uneven = '<scale x="2" z="2"/><rotate y="1" angle="40"/>'
     with pytest.warns(SceneWarning, match=named):

@@ -6,6 +6,8 @@ import pytest
 import photonmap as pm
 from photonmap.errors import InputError
 from photonmap.io.png import encode_png
+from photonmap.kernels.core.color import LUMINANCE
+from photonmap.spectra.rgb_spaces import decode_srgb
 
 
 def test_textures(wall):
@@ -36,7 +38,11 @@ def test_what_has_a_spectrum_in_every_texel_is_no_metal_in_part(wall, tmp_path):
 
 
 def test_opacity_is_a_mask(wall):
-    assert wall('alpha = { file = "a.png", linear = true }').alpha.image.texels.shape == (1, 2, 1)
+    """Its numbers count as they are stored; as colours only if that is asked for."""
+    stored = np.array([[[51, 102, 153], [204, 102, 0]]]) / 255.0
+    for more, values in (("", stored), (", linear = false", decode_srgb(stored))):
+        mask = wall(f'alpha = {{ file = "a.png"{more} }}').alpha.image.texels
+        np.testing.assert_allclose(mask[..., 0], values @ LUMINANCE, rtol=1e-5)
 
 
 def test_relief(wall):

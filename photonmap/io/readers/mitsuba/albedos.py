@@ -31,7 +31,7 @@ _TERMS: tuple[Callable[[Floats], Floats], ...] = (
     *(partial(lambda power, cosines: cosines * (1.0 - cosines) ** power, p) for p in DIP_POWERS),
 )
 """Fresnel terms of metals: see `kernels.core.fresnel`."""
-_HALVINGS, _STEPS = 40, 16  # Of the interval that contains a reflectance, and towards one
+_STEPS = 16  # Towards a reflectance
 _NODES = 48  # Directions, and facets in each of two dimensions, over which means are taken
 
 
@@ -39,20 +39,6 @@ def mean_reflectance(normal: Any) -> Any:
     """Return what a coat reflects of light from all around; by Schlick's formula if coloured."""
     index = lobe_index(float(normal)) if np.ndim(normal) == 0 else 0.0
     return normal + (1.0 - normal) * mean_rise(index)
-
-
-def scaled_normal(factor: Any, normal: Any) -> Any:
-    """Return the reflectance at normal incidence of a coat of which a factor is left everywhere.
-
-    All light is reflected at grazing angles; the mean is as asked for.
-    """
-    wanted = factor * mean_reflectance(normal)
-    low, high = np.zeros_like(wanted), np.zeros_like(wanted) + normal
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        is_high = mean_reflectance(middle) > wanted
-        low, high = np.where(is_high, low, middle), np.where(is_high, middle, high)
-    return high
 
 
 def coat_albedo(normal: float, alpha: float) -> float:
@@ -70,24 +56,28 @@ def coat_albedo(normal: float, alpha: float) -> float:
     return float(normal * (single - grazing) + grazing + (1.0 - single) * several)
 
 
-def base_albedo(reflected: Any, outside: float) -> Any:
+def base_albedo(reflected: Any, outside: float, weight: float = 1.0) -> Any:
     """Return the albedo of a base that reflects a part of the light from all around by a coat.
 
-    reflected : what leaves the coat of the light that meets it, having passed it twice
+    reflected : what the base returns of the light that meets the surface
     outside : `coat_albedo`
+    weight : the fraction of the base that the coat covers
     """
-    once = reflected / (1.0 - outside) ** 2
-    return np.minimum(once / (1.0 + outside * once), 1.0)
+    # With a coat, R = w (1 - E)² b / (1 - E b) + (1 - w) b: of two solutions the one below 1.
+    bare = 1.0 - weight
+    linear = weight * (1.0 - outside) ** 2 + bare + outside * reflected
+    root = np.sqrt(np.maximum(linear**2 - 4.0 * bare * outside * reflected, 0.0))
+    return np.minimum(2.0 * reflected / (linear + root), 1.0)
 
 
 def plastic_albedo(
-    index: float, alpha: float, nonlinear: bool, normal: float
+    index: float, alpha: float, nonlinear: bool, normal: float, weight: float = 1.0
 ) -> Callable[[Any], Any]:
     """Return the function from an albedo in Mitsuba's plastics to that of a base here.
 
     index : of refraction, of the coat
     nonlinear : whether Mitsuba adds the colours of what is reflected inwards
-    normal : reflectance of the simulated coat at normal incidence
+    normal, weight : of the simulated coat, reflectance at normal incidence, and what it covers
     """
     if alpha == 0.0:
         through = 1.0 - mean_reflectance(normal_reflectance(index))
@@ -100,7 +90,7 @@ def plastic_albedo(
 
     def base(albedo: Any) -> Any:
         inwards = inside * albedo if nonlinear else inside
-        return base_albedo(albedo / (1.0 - inwards) * (through / index) ** 2, outside)
+        return base_albedo(albedo / (1.0 - inwards) * (through / index) ** 2, outside, weight)
 
     return base
 

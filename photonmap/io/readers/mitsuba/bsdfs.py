@@ -24,6 +24,7 @@ Look = dict[str, Any]  # Attributes of a `Material`, without its name
 _OF_METAL = ("glossy", "glossy_edge", "roughness")
 _STRETCH = ("anisotropy", "anisotropy_rotation")
 _OF_SHEEN = ("sheen", "sheen_roughness")
+_OF_COAT = {"coat_roughness": "roughness of a coat", "coat_ior": "refraction of a coat"}
 _BOTH_SIDES = ("twosided", "dielectric", "roughdielectric", "thindielectric", "null")
 _WRAPPERS = ("mask", "bumpmap", "normalmap", "blendbsdf")
 _LOBES = ("diff_trans", "flatness", "spec_tint")
@@ -32,6 +33,7 @@ _SHEEN, _SHEEN_ROUGHNESS = 0.11, 0.4
 """Colour and roughness of the sheen here that comes nearest a principled one of 1, which is
 (1 - cos)⁵ of the angle to the half vector: it reflects as much of the light from all around, 1.2%,
 and at angles of light about as much, but for 9% of that (root mean square)"""
+_GREY = 1e-3  # By how much the channels of a grey may differ
 LIKE_AIR = 1e-3  # By how much an index of refraction may differ from 1 for air
 
 
@@ -168,16 +170,28 @@ def _thin(node: Node) -> Look:
 
 
 def _plastic(node: Node) -> Look:
+    """Return a base below a lobe of `specular_reflectance`: a coat that covers so much of it.
+
+    A coloured one becomes gloss, which is white at grazing angles.
+    """
     index = _relative_index(node, "polypropylene")
     specular = colors.read_plain(node, "specular_reflectance", 1.0)
-    glossy = colors.combined(albedos.scaled_normal, specular, normal_reflectance(index))
     rough = _roughness_map(node) if node.type == "roughplastic" else 0.0
-    normal = float(np.mean(colors.as_rgb(glossy)))
+    levels, normal, weight = colors.as_rgb(specular), normal_reflectance(index), 1.0
+    if np.ptp(levels) > _GREY:
+        node.lose("the colour of specular_reflectance at grazing angles")
+        look: Look = {"glossy": colors.combined(lambda part: part * normal, specular)}
+        look["roughness"], normal = rough, float(levels.mean()) * normal
+    elif (weight := float(levels.mean())) < 1.0 - _GREY:
+        ior = max(index, 1.0 / index)
+        look = {"coat": weight, "coat_roughness": rough, "coat_ior": ior} if weight else {}
+    else:
+        look = {"glossy": normal, "roughness": rough}
     base = albedos.plastic_albedo(
-        index, mean_number(rough) ** 2, node.flag("nonlinear", False), normal
+        index, mean_number(rough) ** 2, node.flag("nonlinear", False), normal, weight
     )
     diffuse = colors.read_paint(node, "diffuse_reflectance", 0.5)
-    return {"reflectance": colors.changed(diffuse, base), "glossy": glossy, "roughness": rough}
+    return look | {"reflectance": colors.changed(diffuse, base)}
 
 
 def _principled(node: Node) -> Look:
@@ -339,7 +353,7 @@ def _mix(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
             return _partly_glass(*pair)
     if "ior" in one or "ior" in other:
         return heavier, ["the lesser part of a blend with glass"]
-    if {"mirror", "glossy"} <= {*one, *other}:
+    if "mirror" in {*one, *other} and {"glossy", "coat"} & {*one, *other}:
         return heavier, ["the lesser part of a blend of a mirror and a glossy surface"]
     lost: list[str] = []
     look: Look = {
@@ -352,7 +366,9 @@ def _mix(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
         first, last = (part.get("glossy_edge", 0.0) for part in (one, other))
         look["glossy_edge"] = _mixed_paint(first, last, weight, lost)
     if "glossy" in look:
-        look["roughness"] = _mixed_roughness(one, other, weight, lost)
+        look["roughness"] = _mixed_number("roughness", one, other, weight, lost)
+    if "coat" in {*one, *other}:
+        look |= _mixed_coat(one, other, weight, lost)
     if _STRETCH[0] in {*one, *other}:
         lost.append("anisotropy of a blend")
     if _OF_SHEEN[0] in {*one, *other}:
@@ -380,13 +396,22 @@ def _partly_glass(glass: Look, rest: Look, share: float) -> tuple[Look, list[str
     return rest | glass | {"reflectance": rest["reflectance"], "transmission": share}, lost
 
 
-def _mixed_roughness(one: Look, other: Look, weight: float, lost: list[str]) -> float | Texture:
-    """Return the one degree of roughness of two surfaces, one of which may have none."""
-    degrees = [surface["roughness"] for surface in (one, other) if "roughness" in surface]
+def _mixed_coat(one: Look, other: Look, weight: float, lost: list[str]) -> Look:
+    """Return the coat that lies over a blend, of two surfaces or one."""
+    part = (1.0 - weight) * one.get("coat", 0.0) + weight * other.get("coat", 0.0)
+    given = [name for name in _OF_COAT if name in {*one, *other}]
+    return {"coat": part} | {name: _mixed_number(name, one, other, weight, lost) for name in given}
+
+
+def _mixed_number(
+    name: str, one: Look, other: Look, weight: float, lost: list[str]
+) -> float | Texture:
+    """Return the one number, such as roughness, of two surfaces, one of which may have none."""
+    degrees = [surface[name] for surface in (one, other) if name in surface]
     if degrees[0] is degrees[-1]:
         return degrees[0]
     if degrees[0] != degrees[-1]:
-        lost.append("two degrees of roughness")
+        lost.append(f"two degrees of {_OF_COAT.get(name, name)}")
     first, last = mean_number(degrees[0]), mean_number(degrees[-1])
     return float((1.0 - weight) * first + weight * last)
 

@@ -79,16 +79,23 @@ def _read_any(node: Node, kind: Kind) -> Color:
 def _rgb(node: Node) -> Color:
     element = node.element
     text = element.attribute("value").strip()
-    if text.startswith("#"):
-        try:
-            values = np.frombuffer(bytes.fromhex(text[1:]), np.uint8) / 255.0
-        except ValueError:
-            values = np.zeros(0)
-        if len(values) != 3:
-            raise node.error(f"{shown(text)} is not a colour; write six digits after #")
-        return plain(decode_srgb(values))
-    values = np.array(element.triple("value"))
+    values = _digits(node, text) if text.startswith("#") else np.array(element.triple("value"))
     return plain(decode_srgb(values) if node.tag == "srgb" else values)
+
+
+def _digits(node: Node, text: str) -> Floats:
+    """Return hexadecimal digits as numbers from 0 to 1; in <rgb>, only Mitsuba 0.x has them."""
+    try:
+        values = np.frombuffer(bytes.fromhex(text[1:]), np.uint8) / 255.0
+    except ValueError:
+        values = np.zeros(0)
+    if len(values) != 3:
+        raise node.error(f"{shown(text)} is not a colour; write six digits after #")
+    if node.tag == "rgb" and not node.is_old:
+        linear = " ".join(f"{value:.4g}" for value in decode_srgb(values))
+        problem = f"{shown(text)} is no <rgb>, which has linear numbers"
+        raise node.error(f"{problem}; if it is sRGB, write {linear}")
+    return values
 
 
 def _spectrum(node: Node, kind: Kind) -> Color:

@@ -29,6 +29,7 @@ DEEPEST = 100  # Levels of elements within each other, at most
 _SEPARATORS = re.compile(r"[\s,]+")
 T = TypeVar("T")
 _FLATTEST = 1e-30  # Least determinant of the linear part
+_NEAR = 1e-3  # By how much the length of a unit vector may differ from 1
 
 
 @dataclass(eq=False)
@@ -165,6 +166,13 @@ def _rotate(step: Element) -> Floats:
     return matrix
 
 
+def _is_distorted(step: Element) -> bool:
+    """Return whether Mitsuba 2 and 3, which do not normalise axes, make no turn of a rotation."""
+    if step.tag != "rotate":
+        return False
+    return not math.isclose(np.linalg.norm(step.vector(0.0)), 1.0, rel_tol=_NEAR)
+
+
 def _look_at(step: Element) -> Floats:
     """Return a frame at the origin whose z leads to the target, and whose y is nearest to up."""
     origin, target = np.array(step.triple("origin")), np.array(step.triple("target"))
@@ -262,6 +270,7 @@ class Node:
 
     element: Element  # where it is described
     context: Context  # what all parts of the reader of a scene share
+    is_old: bool = False  # of a file of version 0.x
     children: list[tuple[str, Node]] = field(default_factory=list)  # each with its name here
     read: set[str] = field(default_factory=set)  # names of the parameters that were asked for
     known: dict[Any, Any] = field(default_factory=dict)  # what functions made of it, see `once`
@@ -376,7 +385,12 @@ class Node:
     def transform(self, name: str = "to_world") -> Floats:
         """Return a 4×4 matrix, the identity if it is not given."""
         found = self.find(name)
-        return np.eye(4) if found is None else read_transform(found.element)
+        if found is None:
+            return np.eye(4)
+        matrix = read_transform(found.element)
+        if not found.is_old and any(map(_is_distorted, found.element.children)):
+            self.lose("the distortion by a <rotate> about an axis that is not of unit length")
+        return matrix
 
 
 def once(read: Callable[[Node], T]) -> Callable[[Node], T]:
@@ -432,7 +446,7 @@ class _Loader:
                 raise element.error(f"<{shown(element.tag)[1:-1]}> is not known; known are {known}")
 
     def _add_node(self, parent: Node, element: Element, old: bool) -> None:
-        node = Node(element, self.context)
+        node = Node(element, self.context, old)
         parent.children.append((element.attributes.get("name", ""), node))
         if element.tag == "ref":
             self.references.append((parent, len(parent.children) - 1))

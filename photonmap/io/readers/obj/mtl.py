@@ -52,7 +52,7 @@ _DATA = {f"map_{key}": NUMBERS[key] for key in ("Pr", "Pm", "Ns")}
 """Maps in place of a number; they hold linear data."""
 _LINEAR = (
     *_DATA, "map_roughness", "map_Pc", "map_Pcr", "map_transmission",
-    "map_fluorescence_concentration",
+    "map_fluorescence_concentration", "map_d",
 )  # fmt: skip
 _PHONG = ("map_Ks", "map_Ns")
 """Maps that are read only where they count, as many files name some that are not there."""
@@ -230,8 +230,7 @@ def _read_map(line: _Statement, draft: Draft, textures: _Textures) -> None:
     if options.bump != 1.0:
         draft.ignored.append(f"{line.keyword} -bm")
     is_data, parameter = line.keyword in _DATA, (_MAPS | _DATA)[line.keyword]
-    is_linear = line.keyword in _LINEAR
-    is_mask = isinstance(parameter, Number) and not is_linear
+    is_linear, is_mask = line.keyword in _LINEAR, line.keyword == "map_d"
     most = math.inf if isinstance(parameter, Emission) else LARGEST_REFLECTANCE
     texture = _read_texture(line, options, name, textures, (is_linear, is_mask, most))
     if not is_data:

@@ -348,8 +348,8 @@ def _photometric(lamp: _Lamp, intensity: Floats, table: Floats) -> Light | None:
     mean = mean_over_directions(table)
     if mean == 0.0:
         return None
-    if np.linalg.det(matrix[:3, :3]) > 0.0:
-        table = table[:, ::-1]  # of a `PhotometricLight` they go the other way about -z
+    if np.linalg.det(matrix[:3, :3]) < 0.0:
+        table = table[:, ::-1]  # a mirrored lamp, whose azimuths go the other way
     place, axis, azimuth = (plain(each) for each in (matrix[:3, 3], -matrix[:3, 2], -matrix[:3, 0]))
     whole = plain(mean * intensity)
     return PhotometricLight(place, table.astype(np.float32), whole, axis, azimuth, name=lamp.name)
