@@ -82,7 +82,7 @@ def _lobe(coats, material, alpha, row, between):
     f0, nothing = coats.f0[material], (0.0, 0.0, 0.0)
     curve = coats.refraction[material], coats.mean_rise[material]
     return glossy.Lobe(
-        material, alpha, f0, 0.0, row, between, False, nothing, alpha, nothing, 0, curve
+        material, alpha, f0, 0.0, row, between, False, nothing, alpha, nothing, 0, curve, -1.0
     )
 
 

@@ -6,9 +6,13 @@ A. Conty, "Revisiting physically based shading at Imageworks", SIGGRAPH 2017 cou
 what the lobe does not reflect, each time light passes it, so that a white base reflects all light
 whatever covers it. The BSDF is reciprocal.
 
+Where a part of the surface is bare metal, the lobe is that of both parts, and the coat alone lies
+over the base, whose albedo is less by the part that is bare.
+
 `parameters` are α, the means over bands of the reflectance at normal incidence and of the base's
-albedo, by which one of the two is chosen for a sample, and the lobe's `curve`. Where textures give
-them, they are looked up for each point. Facets may differ along the surface: see `facets`.
+albedo, by which one of the two is chosen for a sample, the lobe's `curve`, and what is `over` the
+base. Where textures give them, they are looked up for each point. Facets may differ along the
+surface: see `facets`.
 """
 
 import math
@@ -50,6 +54,7 @@ class Lobe(NamedTuple):
     tangent: tuple  # see `facets`
     azimuths: int  # row of `Scattering.albedos` where those of azimuths begin
     curve: tuple  # index of refraction, 0 for Schlick's formula, and the weighted mean of `rise`
+    over: float  # reflectance at normal incidence of what covers the base; -1 for that of the lobe
 
 
 class Reflection(NamedTuple):
@@ -71,16 +76,18 @@ def lobe_at(geometry, scattering, hit):
     maps, material = scattering.maps, geometry.material[hit.triangle]
     parameters = scattering.parameters[material]
     alpha, f0, base = parameters[0], parameters[1], parameters[2]
-    curve = parameters[3], parameters[4]
+    curve, over = (parameters[3], parameters[4]), parameters[5]
     color, anisotropy = (0.0, 0.0, 0.0), scattering.anisotropy
     if maps is None:
         brush = facets.brush_of(anisotropy, material)
         tangent = facets.tangent_of(geometry, anisotropy, brush, hit)
         along = alpha + (1.0 - alpha) * brush.stretch
         row, azimuths = brush.mean, brush.azimuths
+        between, is_textured = 0.0, False
         return Lobe(
-            material, alpha, f0, base, row, 0.0, False, color, along, tangent, azimuths, curve
-        )
+            material, alpha, f0, base, row, between, is_textured, color, along, tangent, azimuths,
+            curve, over,
+        )  # fmt: skip
     s, t = coordinates_at(geometry, hit)
     brush = facets.brush_at(anisotropy, maps, material, s, t)
     row, between = brush.mean, brush.between
@@ -100,8 +107,9 @@ def lobe_at(geometry, scattering, hit):
     along, azimuths = alpha + (1.0 - alpha) * brush.stretch, brush.azimuths
     tangent = facets.tangent_of(geometry, anisotropy, brush, hit)
     return Lobe(
-        material, alpha, f0, base, row, between, is_textured, color, along, tangent, azimuths, curve
-    )
+        material, alpha, f0, base, row, between, is_textured, color, along, tangent, azimuths,
+        curve, over,
+    )  # fmt: skip
 
 
 @jit
@@ -203,6 +211,40 @@ def lobe_albedo(terms, f0, dip, multiple):
 
 
 @jit
+def _covered_part(lobe):
+    """Return which part of the surface is base below its cover; the rest is bare metal."""
+    if lobe.over < 0.0 or lobe.base == 0.0:
+        return 1.0
+    # (1 - m) a = base and m a + (1 - m) over = f0, of a colour a that both parts share
+    whole = lobe.base + lobe.f0
+    root = math.sqrt(max(whole * whole - 4.0 * lobe.over * lobe.base, 0.0))
+    return max(2.0 * lobe.base / (whole + root), lobe.base)
+
+
+@jit
+def _several(scattering, lobe, f0, mean, band):
+    """Return the `multiple_fresnel` of a lobe of f0; of both parts where one is bare metal."""
+    dip = dip_of((scattering.dip, lobe.material), DIP_MEANS, band)
+    if lobe.over < 0.0:
+        return multiple_fresnel(lobe, f0, dip, mean)
+    part = _covered_part(lobe)
+    bare = min(max(f0 - part * lobe.over, 0.0) / max(1.0 - part, TINY), 1.0)
+    metal = (1.0 - part) * multiple_fresnel(lobe, bare, dip, mean)
+    return metal + part * multiple_fresnel(lobe, lobe.over, 0.0, mean)
+
+
+@jit
+def _albedo_over(scattering, lobe, f0, terms, mean, band):
+    """Return the albedo of what lies over the base: of the lobe of f0, or of a coat."""
+    if lobe.over >= 0.0:
+        multiple = multiple_fresnel(lobe, lobe.over, 0.0, mean)
+        return lobe_albedo(terms, lobe.over, 0.0, multiple)
+    weights = scattering.dip, lobe.material
+    multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), mean)
+    return lobe_albedo(terms, f0, dip_of(weights, terms[2], band), multiple)
+
+
+@jit
 def between(scattering, lobe, wi, wo, n):
     """Return what a lobe does between two directions above the surface, whatever its colour."""
     cos_i, cos_o = vec.dot(wi, n), vec.dot(wo, n)
@@ -237,13 +279,15 @@ def evaluate(scattering, lobe, surface, wi, cover, values):
     found = between(scattering, lobe, wi, wo, n)
     at_i, at_o, means = found.incoming, found.outgoing, found.mean
     weights = scattering.dip, lobe.material
+    covered_part = _covered_part(lobe)
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, lobe, band), float(values[band])
-        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])
-        through = 1.0 - lobe_albedo(at_i, f0, dip_of(weights, at_i[2], band), multiple)
-        through *= 1.0 - lobe_albedo(at_o, f0, dip_of(weights, at_o[2], band), multiple)
-        back = lobe_albedo(means, f0, dip_of(weights, means[2], band), multiple)
-        base = rho * through * warp.INV_PI / max(1.0 - rho * back, TINY)
+        multiple = _several(scattering, lobe, f0, means[0], band)
+        through = 1.0 - _albedo_over(scattering, lobe, f0, at_i, means[0], band)
+        through *= 1.0 - _albedo_over(scattering, lobe, f0, at_o, means[0], band)
+        back = _albedo_over(scattering, lobe, f0, means, means[0], band)
+        again = min(rho / covered_part, 1.0) * back
+        base = rho * through * warp.INV_PI / max(1.0 - again, TINY)
         own = reflected(found, f0, dip_of(weights, found.dip, band), multiple)
         values[band] = covered(cover, f0, rho, own + base)
 
@@ -327,20 +371,18 @@ def multiply_transmitted(scattering, lobe, w, n, values):
         return
     terms = _albedos(scattering, lobe, cosine, facets.azimuth(lobe, w, n))
     mean = mean_albedo(scattering, lobe, 0)
-    weights = scattering.dip, lobe.material
     for band in range(len(values)):
         f0 = normal_reflectance(scattering, lobe, band)
-        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), mean)
-        own = lobe_albedo(terms, f0, dip_of(weights, terms[2], band), multiple)
-        values[band] *= np.float32(1.0 - own)
+        over = _albedo_over(scattering, lobe, f0, terms, mean, band)
+        values[band] *= np.float32(1.0 - over)
 
 
 @jit
 def return_to_base(scattering, lobe, values):
     """Turn the base's albedos in values, (N,), into what it sends in all, reflected back to it."""
-    means, weights = _mean_albedos(scattering, lobe), (scattering.dip, lobe.material)
+    means, covered_part = _mean_albedos(scattering, lobe), _covered_part(lobe)
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, lobe, band), float(values[band])
-        multiple = multiple_fresnel(lobe, f0, dip_of(weights, DIP_MEANS, band), means[0])
-        back = lobe_albedo(means, f0, dip_of(weights, means[2], band), multiple)
-        values[band] = np.float32(rho / max(1.0 - rho * back, TINY))
+        back = _albedo_over(scattering, lobe, f0, means, means[0], band)
+        again = min(rho / covered_part, 1.0) * back
+        values[band] = np.float32(rho / max(1.0 - again, TINY))

@@ -29,7 +29,7 @@ def lobe_at(geometry, scattering, hit):
     material = geometry.material[hit.triangle]
     albedo, nothing = scattering.parameters[material, 2], (0.0, 0.0, 0.0)
     row, curve = np.int64(material), (0.0, 0.0)
-    return Lobe(material, 1.0, 0.0, albedo, row, 0.0, False, nothing, 1.0, nothing, 0, curve)
+    return Lobe(material, 1.0, 0.0, albedo, row, 0.0, False, nothing, 1.0, nothing, 0, curve, -1.0)
 
 
 @jit

@@ -26,7 +26,7 @@ from photonmap.kernels.core.records import GLASS, METAL, MIRROR
 from photonmap.kernels.integrators.first_hits import FirstHits, find_first_hits
 from photonmap.runtime.storage import RAM, Storage, strips
 from photonmap.runtime.workers import Workers
-from photonmap.scene.surfaces.metallic import metallic_fraction
+from photonmap.scene.surfaces.metallic import USUAL_COAT, metallic_fraction
 
 Array = NDArray[Any]
 
@@ -188,7 +188,33 @@ def _metallic(surfaces: Surfaces) -> Array:
     lobe = np.zeros_like(base) + surfaces.glossy.mean(axis=1)
     if surfaces.specular is not None:
         lobe += np.where(surfaces.is_thin, 0.0, surfaces.specular.mirror.mean(axis=1))
-    return metallic_fraction(base, lobe).astype(np.float32)
+    coat = np.where(surfaces.covering >= 0.0, surfaces.covering, USUAL_COAT)
+    return metallic_fraction(base, lobe, coat).astype(np.float32)
+
+
+def _gloss(surfaces: Surfaces) -> tuple[Array, Array, Array]:
+    """Return what lobes reflect of light from all around, and what covers bases, (R, N) both.
+
+    And the part of a surface, (R, 1), that is a base below its cover; the rest is bare metal.
+    """
+    whole, part = np.zeros((2, *surfaces.glossy.shape)), np.ones((len(surfaces.glossy), 1))
+    glossy, mixed = surfaces.is_glossy, surfaces.is_glossy & (surfaces.covering >= 0.0)
+
+    def mean(rows: Array, f0: Array) -> Array:
+        return mean_albedo(f0, surfaces.lobes[rows, 1:], surfaces.dip[rows])
+
+    if glossy.any():
+        whole[:, glossy] = mean(glossy, surfaces.glossy[glossy])
+    lobe, over = whole
+    if mixed.any():
+        coat, f0 = surfaces.covering[mixed, None], surfaces.glossy[mixed]
+        base = surfaces.reflectance[mixed].mean(axis=1, keepdims=True, dtype=float)
+        metal = metallic_fraction(base, f0.mean(axis=1, keepdims=True), coat)
+        part[mixed] = np.maximum(1.0 - metal, base)
+        bare = np.clip((f0 - (1.0 - metal) * coat) / np.maximum(metal, 1e-12), 0.0, 1.0)
+        over[mixed] = mean_albedo(coat + 0.0 * f0, surfaces.lobes[mixed, 1:])
+        lobe[mixed] = metal * mean(mixed, bare) + (1.0 - metal) * over[mixed]
+    return lobe, over, part
 
 
 @of_surface("diffuse_fraction")
@@ -197,14 +223,9 @@ def _diffuse_fraction(surfaces: Surfaces) -> Array:
     base, specular = surfaces.reflectance.astype(float), surfaces.specular
     glass = surfaces.glass_fraction[:, None]
     base /= np.maximum(1.0 - glass, 1e-12)
-    lobe, glossy = np.zeros_like(base), surfaces.is_glossy
-    if glossy.any():
-        lobe[glossy] = mean_albedo(
-            surfaces.glossy[glossy],
-            surfaces.lobes[glossy, 1:],
-            surfaces.dip[glossy],
-        )
-        base *= (1.0 - lobe) ** 2 / np.maximum(1.0 - base * lobe, 1e-12)
+    lobe, over, covered_part = _gloss(surfaces)
+    again = np.minimum(base / covered_part, 1.0) * over
+    base *= (1.0 - over) ** 2 / np.maximum(1.0 - again, 1e-12)
     if surfaces.coat is not None:
         own, transmitted = surfaces.coat.over(base + lobe, surfaces.coat.mean)
         base, lobe = base * transmitted, lobe * transmitted + own

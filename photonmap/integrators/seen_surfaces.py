@@ -79,6 +79,9 @@ class Surfaces(NamedTuple):
     its `kernels.core.fresnel.rise`"""
     dip: Array
     """(R, 4, N) by which metals reflect less, as `Scattering.dip`"""
+    covering: Array
+    """(R,) reflectance at normal incidence of what covers the base beside bare metal; -1 if none is
+    """
     specular: Specularity | None
     """None where there is none"""
     is_thin: Array
@@ -122,12 +125,13 @@ def surfaces_of_materials(compiled: CompiledScene) -> Surfaces:
     count = len(reflectance)
     model, glossy = np.zeros(count, np.uint8), np.zeros_like(reflectance)
     lobes, dip = np.zeros((count, 2 + TERMS)), np.zeros((count, 0, 0), np.float32)
+    covering = np.full(count, -1.0)
     coat = sheen = None
     if scattering is not None:
         model, glossy = scattering.below, scattering.specular
         means = scattering.albedos[:count, :, -1]
         lobes = np.column_stack([scattering.parameters[:, 0], means, scattering.parameters[:, 4]])
-        dip = scattering.dip
+        dip, covering = scattering.dip, scattering.parameters[:, 5]
         if scattering.coats is not None:
             coats = scattering.coats
             albedos = scattering.albedos[np.maximum(coats.row, 0), :, -1]
@@ -136,7 +140,8 @@ def surfaces_of_materials(compiled: CompiledScene) -> Surfaces:
         if (sheens := scattering.sheens) is not None:
             sheen = Sheen(sheens.color, sheens.albedo[sheens.row, -1:])
     specular = _specularity(compiled.specular)
-    return Surfaces(reflectance, model, glossy, lobes, dip, specular, compiled.is_thin, coat, sheen)
+    of_lobe = glossy, lobes, dip, covering
+    return Surfaces(reflectance, model, *of_lobe, specular, compiled.is_thin, coat, sheen)
 
 
 def surfaces_at_hits(compiled: CompiledScene, hits: FirstHits) -> Surfaces:

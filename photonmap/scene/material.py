@@ -143,6 +143,8 @@ class Material:
     glossy_edge : reflectance of the glossy surface at an angle of 82°, where metals reflect least
         compared with Schlick's formula; None for what the metal's index says, where `glossy` is one
         by name, and for what the formula says of others
+    covering : reflectance at normal incidence of what lies over the diffuse base of a glossy
+        surface that is bare metal in part; None where all of `glossy` does
     roughness : of the glossy reflection, or of glass, in [0, 1], as in glTF: GGX's α is its square,
         at least 1e-3 (see `kernels.bsdf.glossy` and `kernels.bsdf.microsurface`); even glass and
         bare metal of roughness 0 are smooth
@@ -209,6 +211,9 @@ class Material:
 
     glossy: Annotated[Paint, _Paint(mtl="glossy"), _GLOSSY] = 0.0
     glossy_edge: Annotated[Color | None, _Layer(mtl="glossy_edge")] = None
+    covering: Annotated[
+        float | None, Number("reflectance", mtl="covering", at_least=0.0, at_most=1.0)
+    ] = None
     roughness: Annotated[float | Texture, _Textured("roughness", mtl="roughness")] = 0.0
 
     coat: Annotated[float | Texture, _Textured("weight", mtl="Pc", only="opaque"), _COAT] = 0.0

@@ -56,6 +56,8 @@ class Case(NamedTuple):
     """reflectance at 82°; none where Schlick's formula gives it"""
     index: float = 0.0
     """of refraction of its lobe, 0 for Schlick's formula"""
+    covering: float = -1.0
+    """reflectance at normal incidence of what lies over the base of a metal in part"""
 
 
 LAMBERTIAN = Case("Lambertian")
@@ -65,6 +67,7 @@ CASES = [
     *(Case("glossy", (alpha,), specular=(0.04,) * 3, index=1.5) for alpha in (0.2, 0.5, 1.0)),
     Case("glossy", (0.4,), specular=(0.04, 0.2, 0.5)),
     Case("glossy", (0.3,), (0.0,) * 3, (0.5, 0.8, 1.0)),
+    Case("glossy", (0.3,), (0.1, 0.2, 0.4), (0.12, 0.22, 0.42), covering=0.04),
     Case("glossy", (0.3,), (0.0,) * 3, (0.56, 0.8, 1.0), edge=(0.55, 0.7, 0.9)),
     Case("glossy", (0.2,), specular=(0.04, 0.5, 0.9), anisotropy=(0.6, 0.1)),
     Case("glossy", (0.2,), (0.0,) * 3, (0.5, 0.7, 0.9), anisotropy=(0.5, 0.1), edge=(0.4,) * 3),
@@ -131,12 +134,12 @@ def make_scene(case):
 
 def _bare(case):
     """Return the scattering of a case, without textures, covers and anisotropy."""
-    parameters, albedos = np.zeros((1, 5)), np.zeros((TERMS, NODES + 1))
+    parameters, albedos = np.zeros((1, 6)), np.zeros((TERMS, NODES + 1))
     parameters[0, : len(case.parameters)] = case.parameters
     parameters[0, 1:3] = np.mean(case.specular), np.mean(case.albedo)
     if case.model == "glossy":
         albedos = lobe_albedos(parameters[0, 0], case.index)
-        parameters[0, 3:] = case.index, mean_rise(case.index)
+        parameters[0, 3:] = case.index, mean_rise(case.index), case.covering
     specular = np.array([case.specular], np.float32)
     model = np.array([models.MODELS.get(case.model, models.LAMBERTIAN)], np.uint8)
     return records.Scattering(

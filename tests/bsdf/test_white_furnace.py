@@ -23,6 +23,18 @@ SAMPLED = {
         for alpha in (1e-3, 0.01, 0.05, 0.3, 1.0)
         for f0, index in LOBES
     ],
+    "metal in part": [
+        Case(
+            "glossy",
+            (alpha,),
+            (1.0 - metal,) * 3,
+            (metal + (1.0 - metal) * coat,) * 3,
+            covering=coat,
+        )
+        for alpha in (1e-3, 0.05, 0.3, 1.0)
+        for metal in (0.2, 0.6, 0.9)
+        for coat in (0.0, 0.04, 0.2)
+    ],
     "roughness by an image": [
         Case("glossy", (roughness**2,), (1.0,) * 3, (0.2,) * 3, is_textured=True)
         for roughness in (0.05, 0.11, 0.39, 0.98)

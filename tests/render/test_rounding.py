@@ -17,7 +17,7 @@ LIGHTS = {
     "spot with a narrow edge": [pm.SpotLight(PLACE, TARGET, 1.0, inner=24.0, outer=25.0)],
     "sun": [pm.DirectionalLight((0.3, -1.0, -0.4), 1.0)],
 }
-LIGHTS["each in turn"] = sum(LIGHTS.values(), [])
+LIGHTS["each in turn"] = [light for lights in LIGHTS.values() for light in lights]
 CORNERS = np.array([[-3.0, -0.7, -2.0], [0.1, -0.7, 3.0], [3.0, -0.7, -2.3]])
 LEANING = np.array([[-0.4, 1.0, 0.2], [0.3, 1.0, -0.3], [0.1, 1.0, 0.5]])
 """Normals at the corners of a smooth surface"""

@@ -21,7 +21,7 @@ from photonmap.scene.images import Image
 from photonmap.scene.material import Material
 from photonmap.scene.parameters import Colored, parameters_of
 from photonmap.scene.surfaces.fresnel import normal_reflectance
-from photonmap.scene.surfaces.metallic import USUAL_COAT, USUAL_INDEX, as_triple, metallic_fraction
+from photonmap.scene.surfaces.metallic import USUAL_COAT, as_triple, metallic_fraction
 from photonmap.scene.surfaces.relief import NormalMap
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
 from photonmap.scene.textures import (
@@ -381,12 +381,12 @@ class MaterialWriter:
         material, textured = self.material, self.split_lobe()
         gloss, roughness = _lobe(material)
         base = _RGB.reflectance(mean_color(material.reflectance))
-        whole, metallic, coat = split_metal(base, gloss)
+        whole, metallic, coat = split_metal(base, gloss, material.covering)
         painted = material.reflectance
         if textured is not None:
             roughness = 1.0
             if textured.color is not None:
-                whole, metallic, coat = np.ones(3), 1.0, USUAL_COAT
+                whole, metallic, coat = np.ones(3), 1.0, np.full(3, self.coat_beside_metal)
                 painted = textured.color
         surface: Json = {"metallicFactor": metallic, "roughnessFactor": roughness}
         if textured is not None:
@@ -436,16 +436,27 @@ class MaterialWriter:
                     content[factor] = _RGB.reflectance(value).tolist()
             self.use(extension, content)
 
-    def add_coat(self, coat: float) -> None:
-        """Say that a coat reflects so much at normal incidence."""
-        if coat == 0.0:
-            self.use("specular", {"specularFactor": 0.0})
-        elif coat > _LARGEST_COAT:
+    @property
+    def coat_beside_metal(self) -> float:
+        """Return what the coat beside the metallic part of a texture reflects."""
+        covering = self.material.covering
+        return USUAL_COAT if covering is None else covering
+
+    def add_coat(self, coat: Floats) -> None:
+        """Say that a coat, (3,), reflects so much at normal incidence."""
+        most, specular = float(coat.max()), Json()
+        if most == 0.0:
+            specular = {"specularFactor": 0.0}
+        elif most > _LARGEST_COAT:
             self.use("ior", {"ior": 0.0})
-            self.use("specular", {"specularFactor": coat})
-        elif not math.isclose(coat, normal_reflectance(USUAL_INDEX), rel_tol=1e-12):
-            root = math.sqrt(coat)
+            specular = {"specularFactor": most}
+        elif not math.isclose(most, USUAL_COAT, rel_tol=1e-12):
+            root = math.sqrt(most)
             self.use("ior", {"ior": (1.0 + root) / (1.0 - root)})
+        if coat.min() < most:
+            specular["specularColorFactor"] = (coat / most).tolist()
+        if specular:
+            self.use("specular", specular)
 
     def emission(self) -> Json:
         """Return the JSON of the emission."""
@@ -464,7 +475,7 @@ class MaterialWriter:
     def split_lobe(self) -> Lobe | None:
         """Return what textures of a glossy lobe become; None where it has none.
 
-        The metallic part of each texel is that of a surface whose coat reflects `USUAL_COAT`.
+        The metallic part of each texel is that of a surface of `coat_beside_metal`.
         """
         material = self.aligned()
         if not material.has_textured_lobe:
@@ -477,10 +488,12 @@ class MaterialWriter:
         data[..., 1] = _texels(material.roughness, shape) @ np.array(LUMINANCE, np.float32)
         if not isinstance(material.glossy, Texture):
             return Lobe(None, replace(lying, image=Texture.of(data).image))
-        self.note(_COATS)
+        if material.covering is None:
+            self.note(_COATS)
         base, glossy = _texels(material.reflectance, shape), _texels(material.glossy, shape)
-        data[..., 2] = metallic_fraction(base.mean(axis=2), glossy.mean(axis=2))
-        color = base + glossy - (1.0 - data[..., 2:]) * np.float32(USUAL_COAT)
+        coat = self.coat_beside_metal
+        data[..., 2] = metallic_fraction(base.mean(axis=2), glossy.mean(axis=2), coat)
+        color = base + glossy - (1.0 - data[..., 2:]) * np.float32(coat)
         image = Texture.of(np.clip(color, 0.0, 1.0)).image
         return Lobe(replace(lying, image=image), replace(lying, image=Texture.of(data).image))
 
@@ -513,26 +526,30 @@ def _lobe(material: Material) -> tuple[Floats, float]:
     return mirror, 0.0 if mirror.any() else 1.0
 
 
-def split_metal(base: Floats, gloss: Floats) -> tuple[Floats, float, float]:
+def split_metal(
+    base: Floats, gloss: Floats, covering: float | None
+) -> tuple[Floats, float, Floats]:
     """Return colour, metallic fraction and coat of which the reader makes a base and a gloss.
 
     With a colour c, a metallic fraction m and a coat k, the base is (1 - m) c and the gloss
-    m c + (1 - m) k, which is linear in the base: of the slope m / (1 - m). What is not so gets a
-    grey coat.
+    m c + (1 - m) k, which is linear in the base: of the slope m / (1 - m). All of a gloss that
+    covers the base is coat.
 
     base, gloss : (3,) diffuse reflectance, and reflectance at normal incidence
+    covering : of the coat beside metal; None where there is none
     """
     if not base.any() and gloss.any():
-        return gloss, 1.0, 0.0
+        return gloss, 1.0, np.zeros(3)
+    if covering is None:
+        return base, 0.0, gloss
     most, least = int(base.argmax()), int(base.argmin())
-    spread = base[most] - base[least]
-    slope = float((gloss[most] - gloss[least]) / spread) if spread > 0.0 else 0.0
-    level = float(gloss[least] - slope * base[least])
-    whole, coat = (1.0 + slope) * base, (1.0 + slope) * level
-    is_linear = np.allclose(slope * base + level, gloss, rtol=1e-9, atol=1e-12)
-    if is_linear and slope >= 0.0 and whole.max() <= 1.0 + 1e-12 and -1e-12 <= coat <= 1.0:
-        return np.minimum(whole, 1.0), slope / (1.0 + slope), max(coat, 0.0)
-    return base, 0.0, float(gloss @ np.array(LUMINANCE))
+    if base[least] < base[most]:
+        slope = max((gloss[most] - gloss[least]) / (base[most] - base[least]), 0.0)
+        fraction = float(slope / (1.0 + slope))
+    else:
+        fraction = float(metallic_fraction(base.mean(), gloss.mean(), covering))
+    whole = np.minimum(base / max(1.0 - fraction, 1e-9), 1.0)
+    return whole, fraction, np.full(3, covering)
 
 
 def rgb_emission(color: Color) -> tuple[float, float, float]:

@@ -14,7 +14,15 @@ from photonmap.scene.images import Image
 from photonmap.scene.parameters import Number
 from photonmap.scene.surfaces.fresnel import normal_reflectance
 from photonmap.scene.surfaces.spectral_texture import SpectralTexture
-from photonmap.scene.textures import Paint, Texture, Triple, lie_alike, mean_number, resized
+from photonmap.scene.textures import (
+    Paint,
+    Texture,
+    Triple,
+    lie_alike,
+    mean_color,
+    mean_number,
+    resized,
+)
 from photonmap.spectra.curves import Color, Floats, Spectrum
 from photonmap.spectra.observer import reflectance_to_rgb
 
@@ -31,18 +39,20 @@ class Gloss(NamedTuple):
     reflectance: Paint
     glossy: Paint
     roughness: float | Texture
+    covering: float | None = None
 
 
-def metallic_fraction(base: Floats, lobe: Floats) -> Floats:
+def metallic_fraction(base: Floats, lobe: Floats, coat: Floats | float = USUAL_COAT) -> Floats:
     """Return the metallic fraction m that gives a surface its base and its lobe, in band means.
 
-    A colour a then makes a base of (1 - m) a and a lobe of m a + (1 - m) 0.04; a being unknown, m
+    A colour a then makes a base of (1 - m) a and a lobe of m a + (1 - m) coat; a being unknown, m
     solves a quadratic (glTF's KHR_materials_pbrSpecularGlossiness, conversion to metallic).
     """
-    excess = np.where(lobe > USUAL_COAT * (1.0 + 1e-6), lobe - USUAL_COAT, 0.0)
-    half = 0.5 * (base + lobe) - USUAL_COAT
-    fraction = (np.sqrt(half * half + USUAL_COAT * excess) - half) / USUAL_COAT
-    return np.where(excess > 0.0, np.clip(fraction, 0.0, 1.0), 0.0)
+    excess = np.where(lobe > coat * (1.0 + 1e-6), lobe - coat, 0.0)
+    half = 0.5 * (base + lobe) - coat
+    whole = np.sqrt(half * half + coat * excess) + half
+    fraction = np.divide(excess, whole, out=np.zeros_like(excess), where=excess > 0.0)
+    return np.minimum(fraction, 1.0)
 
 
 def metallic_gloss(
@@ -60,19 +70,20 @@ def metallic_gloss(
         metallic = mean_number(metallic)
     if metallic == 0.0:
         return Gloss(base, coat, roughness)
+    covering = None if metallic == 1.0 else float(np.mean(as_triple(mean_color(coat))))
     like = next((each for each in (base, metallic, coat) if isinstance(each, Texture)), None)
     if like is None or isinstance(like, float):
-        return Gloss(*_even_gloss(base, metallic, coat), roughness)  # type: ignore[arg-type]
+        return Gloss(*_even_gloss(base, metallic, coat), roughness, covering)  # type: ignore[arg-type]
     if metallic == 1.0:
         return Gloss(0.0, base, roughness)
     whole, share, cover = (_as_texture(each, like) for each in (base, metallic, coat))
     if isinstance(metallic, Texture):
-        return Gloss(*_part(whole, share, cover), roughness)
-    if not isinstance(base, Texture):
-        return Gloss(_blend(base, 1.0 - metallic, 0.0), _part(whole, share, cover)[1], roughness)
-    red, green, blue = ((1.0 - metallic) * part for part in base.factor)
+        return Gloss(*_part(whole, share, cover), roughness, covering)
     metal = _part(whole, share, cover)[1]
-    return Gloss(replace(base, factor=(red, green, blue)), metal, roughness)
+    if not isinstance(base, Texture):
+        return Gloss(_blend(base, 1.0 - metallic, 0.0), metal, roughness, covering)
+    red, green, blue = ((1.0 - metallic) * part for part in base.factor)
+    return Gloss(replace(base, factor=(red, green, blue)), metal, roughness, covering)
 
 
 def _even_gloss(base: Color, metallic: float, coat: Color) -> tuple[Color, Color]:

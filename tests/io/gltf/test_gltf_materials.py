@@ -73,6 +73,7 @@ GLASS = {
                 "material_0",
                 (0.3, 0.2, 0.0),
                 glossy=(0.3 + COAT / 2, 0.2 + COAT / 2, COAT / 2),
+                covering=COAT,
                 roughness=1.0,
             ),
             None,

@@ -172,7 +172,7 @@ def test_what_gltf_holds_needs_no_toml(tmp_path, plain):
     material = next(each for each in MATERIALS if each.name == plain)
     (written,) = pm.save_scene(pm.Scene([panel(material)]), tmp_path / "a.glb")
     (found,) = read_file(written).meshes
-    for name in ("reflectance", "emission", "glossy", "ior", "tint", "alpha"):
+    for name in ("reflectance", "emission", "glossy", "covering", "ior", "tint", "alpha"):
         wanted = np.ones(3) * getattr(material, name) if getattr(material, name) else 0.0
         np.testing.assert_allclose(
             np.ones(3) * getattr(found.material, name) if getattr(found.material, name) else 0.0,
@@ -185,9 +185,10 @@ def test_a_metal_in_part_is_split():
     for _ in range(100):
         color, (metallic, coat) = rng.random(3), rng.random(2)
         base, gloss = (1 - metallic) * color, metallic * color + (1 - metallic) * coat
-        found = split_metal(base, gloss)
+        found = split_metal(base, gloss, coat)
         np.testing.assert_allclose(found[0], color, rtol=1e-9)
-        np.testing.assert_allclose(found[1:], (metallic, coat), rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(found[1:2], metallic, rtol=1e-7, atol=1e-9)
+        np.testing.assert_array_equal(found[2], [coat] * 3)
 
 
 def test_textures_return(tmp_path):

@@ -242,7 +242,7 @@ def test_errors_name_line_value_and_remedy(read, text, message):
         ("Pr 0\nPm 1\nKd 0.9 0.6 0.3\n", Material("a", (0.0,) * 3, glossy=(0.9, 0.6, 0.3))),
         (
             "Pr 0.5\nPm 0.5\nKd spectral 0.8\n",
-            Material("a", 0.4, glossy=0.5 * 0.8 + 0.5 * (0.5 / 2.5) ** 2, roughness=0.5),
+            Material("a", 0.4, glossy=0.4 + 0.5 * (0.5 / 2.5) ** 2, covering=0.2**2, roughness=0.5),
         ),
     ],
 )

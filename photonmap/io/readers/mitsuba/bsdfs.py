@@ -226,9 +226,11 @@ def _principled(node: Node) -> Look:
     if not lie_alike(paint, metallic):
         node.lose("texture of metallic")
     gloss = metallic_gloss(paint, metallic, coat, roughness)
-    normal = float(np.mean(colors.as_rgb(mean_color(gloss.glossy))))
-    outside = albedos.coat_albedo(normal, mean_number(roughness) ** 2)
-    base = colors.changed(gloss.reflectance, lambda albedo: albedos.base_albedo(albedo, outside))
+    outside = albedos.coat_albedo(coat, mean_number(roughness) ** 2)
+    rest = 1.0 if isinstance(metallic, Texture) else max(1.0 - metallic, 1e-9)
+    base = colors.changed(
+        gloss.reflectance, lambda albedo: rest * albedos.base_albedo(albedo / rest, outside)
+    )
     look = gloss._replace(reflectance=base)._asdict() | layer | glass
     return look | _brush(node, roughness)
 
@@ -366,6 +368,7 @@ def _mix(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
         first, last = (part.get("glossy_edge", 0.0) for part in (one, other))
         look["glossy_edge"] = _mixed_paint(first, last, weight, lost)
     if "glossy" in look:
+        look["covering"] = _mixed_covering(one, other, weight)
         look["roughness"] = _mixed_number("roughness", one, other, weight, lost)
     if "coat" in {*one, *other}:
         look |= _mixed_coat(one, other, weight, lost)
@@ -379,6 +382,17 @@ def _mix(one: Look, other: Look, weight: float) -> tuple[Look, list[str]]:
             lost.append("textures of a blend")
         look["alpha"] = float(np.dot([1.0 - weight, weight], [*map(mean_number, alphas)]))
     return look, lost
+
+
+def _mixed_covering(one: Look, other: Look, weight: float) -> float | None:
+    """Return what lies over what is diffuse in a mixture; None where nothing is."""
+    over, below = 0.0, 0.0
+    for look, part in ((one, 1.0 - weight), (other, weight)):
+        lobe, covering = look.get("glossy", 0.0), look.get("covering")
+        if np.any(colors.as_rgb(mean_color(look["reflectance"]))):
+            whole = np.mean(colors.as_rgb(mean_color(lobe))) if covering is None else covering
+            over, below = over + part * float(whole), below + part
+    return over / below if below > 0.0 else None
 
 
 def _partly_glass(glass: Look, rest: Look, share: float) -> tuple[Look, list[str]]:
