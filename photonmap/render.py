@@ -455,7 +455,7 @@ def _make_sums(
         integrator.adapts,
         light_filter,
     )
-    return moments, BiasProbe(integrator, settings.film, columns, settings.unbiased)
+    return moments, BiasProbe(integrator, settings.film, columns)
 
 
 def why_unfiltered(name: str, plan: RenderPlan, settings: Settings) -> str | None:

@@ -120,7 +120,6 @@ class BiasProbe:
         integrator: Repeatable,
         film: Film,
         columns: SpectralColumns,
-        unbiased: bool = False,
     ) -> None:
         self._integrator, self._film, self._columns = integrator, film, columns
         side = min(film.width, film.height) // LEAST_ACROSS
@@ -128,7 +127,6 @@ class BiasProbe:
         blocks = block_counts((film.width, film.height), self._block).size
         self.differences = np.zeros((2, blocks, columns.distinct))
         """Sums over the passes of either half"""
-        self._unbiased = unbiased
         self.stated = np.full(1, np.nan)
         """The bias for footprints of width 1; not a number before two passes were probed"""
 
@@ -160,7 +158,7 @@ class BiasProbe:
 
     def bias(self, count: int) -> float | None:
         """Return the estimate after `count` passes, relative as the error is; None if unknown."""
-        if self._unbiased:
+        if not self._integrator.has_supports:
             return 0.0
         known = not math.isnan(self.stated[0])
         return float(self.stated[0]) * footprint_width(np.arange(count)) if known else None

@@ -150,15 +150,7 @@ class Result(Plots):
         ------
         InputError : there is none, saying why
         """
-        if name in self.errors:
-            return self._smoothed_error(name)
-        if name not in self.buffers:
-            raise InputError(self._missing(name))
-        if self.errors:
-            raise InputError(f"{name!r} has no standard error; {listed(self.errors, 99)} have one")
-        raise InputError("a single pass has no standard errors; render with 2 passes or more")
-
-    def _smoothed_error(self, name: str) -> Image:
+        self._check_error(name)
         counts = self.buffers.get("passes", self.record.get("passes", 2))
         is_center = self.record.get("arguments", {}).get("pixel") == "center"
         edges = 0.0 if is_center else share_on_edges(self.record.get("pass_samples", 1.0))
@@ -171,12 +163,27 @@ class Result(Plots):
             error = widen_ratio(error, self.buffers[name], self.reflectance, of_reflectance)
         return error
 
+    def _check_error(self, name: str) -> None:
+        """Raise an `InputError` that says why a buffer has no standard error, if so."""
+        if name in self.errors:
+            return
+        if name not in self.buffers:
+            raise InputError(self._missing(name))
+        if self.errors:
+            raise InputError(f"{name!r} has no standard error; {listed(self.errors, 99)} have one")
+        raise InputError("a single pass has no standard errors; render with 2 passes or more")
+
     def degrees_of_freedom(self, name: str) -> NDArray[np.float64]:
         """Return those of Student's t that the `standard_error` of a buffer has: (H, W) or ().
 
         More than those of a pixel's passes, since its neighbours say how certain it is, too: of
         radiance 9 after 4 passes, 20 after 16.
+
+        Raises
+        ------
+        InputError : there is no standard error, saying why
         """
+        self._check_error(name)
         passes = self.buffers.get("passes", self.record.get("passes", 2))
         return degrees_of_freedom(split_name(name)[0], passes)
 
@@ -288,7 +295,8 @@ class Result(Plots):
         blocks = {name: self.block_errors[name] for name in names if name in self.block_errors}
         record = self.record
         if "arguments" in record:
-            record = record | {"arguments": record["arguments"] | {"buffers": sorted(names)}}
+            asked = sorted({split_name(name)[0] for name in names})
+            record = record | {"arguments": record["arguments"] | {"buffers": asked}}
         return Result(buffers, errors, self.bands, record, blocks)
 
     def relit(self, gains: Mapping[str, float | Sequence[float] | Image]) -> Result:
@@ -328,7 +336,8 @@ class Result(Plots):
         Parameters
         ----------
         path : FILE.exr, or of another suffix
-        buffers : names of those to write, with their errors; None for all
+        buffers : names of those to write, with their errors and those of their light groups; None
+            for all
         white : of the preview and of the R, G and B for viewers, see `rgb`
 
         Raises
@@ -337,7 +346,11 @@ class Result(Plots):
             such white
         OSError : the disk is full or the like
         """
-        chosen = self if buffers is None else self.select(buffers)
+        chosen = self
+        if buffers is not None:
+            names = read_list(buffers)
+            groups = [name for name in self.buffers if split_name(name)[0] in names]
+            chosen = self.select(dict.fromkeys([*names, *groups]))
         preview = partial(self.shown, white) if "radiance" in self.buffers else None
         save_all(chosen._contents, path, self.projector(white), preview)
 

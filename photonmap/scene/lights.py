@@ -298,7 +298,9 @@ class AreaLight(Light):
     radiance : W·m⁻²·sr⁻¹
     power : radiant flux that leaves the front, W, in place of the radiance: π · area · radiance,
         for an area in scene units squared
-    up : as far as it is at right angles to the direction to the target
+    up : as far as it is at right angles to the direction to the target; where it is parallel to
+        that, z is in its place, or y if that is parallel, too: so a light that points straight down
+        has its width along x
     """
 
     position: Annotated[Vector, Point()]
@@ -366,7 +368,7 @@ class AreaLight(Light):
         ahead = unit(np.array(self.target) - np.array(self.position))
         across = np.cross(unit(np.array(self.up)), ahead)
         if np.linalg.norm(across) < 1e-6:
-            across = np.cross(np.eye(3)[np.argmin(np.abs(ahead))], ahead)
+            across = np.cross(np.eye(3)[2 - np.argmin(np.abs(ahead[::-1]))], ahead)
         across /= np.linalg.norm(across)
         return across, np.cross(ahead, across)
 

@@ -18,12 +18,16 @@ def test_pairs_of_passes_are_probed():
 
 
 @pytest.mark.parametrize(
-    "options", [{"passes": FIRST}, {"method": "path"}, {"effects": "emission,direct"}]
+    ("options", "bias"),
+    [({"passes": FIRST}, None), ({"method": "path"}, 0.0), ({"effects": "emission,direct"}, 0.0)],
 )
-def test_no_bias_is_stated_where_none_was_measured(cornell, options):
-    record = pm.render(cornell, bands="rgb", size=SIZE, **{"passes": 16, **options}).record
-    assert record["bias"] is None
-    assert record["error"] == record["standard_error"]
+def test_bias_is_unknown_before_it_is_measured_and_0_where_there_is_none(cornell, options, bias):
+    run = pm.render(cornell, bands="rgb", size=SIZE, **{"passes": 16, **options})
+    assert run.record["bias"] == bias
+    assert run.record["error"] == run.record["standard_error"]
+    if bias == 0.0:
+        low, high = run.interval("radiance")
+        assert (low <= high).all()
 
 
 def coarse(cornell, seed, photons=2048):

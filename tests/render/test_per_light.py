@@ -92,6 +92,10 @@ def test_split_buffers_are_written_and_read(split, tmp_path):
                 again.standard_error(f"{name}@{group}"), result.standard_error(f"{name}@{group}")
             )
     np.testing.assert_array_equal(again.rgb("shading@blue"), result.rgb("shading@blue"))
+    result.save(tmp_path / "some.exr", "direct")
+    some = pm.load_result(tmp_path / "some.exr")
+    assert {*some.buffers} == {"direct", *(f"direct@{group}" for group in result.per_light)}
+    assert some.record["arguments"]["buffers"] == ["direct"]
 
 
 def test_lights_that_are_off_have_no_group():

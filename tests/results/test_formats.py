@@ -131,7 +131,8 @@ def test_a_cluster_has_no_part_in_writing(tmp_path, monkeypatch):
 def test_chosen_buffers(tmp_path):
     make().save(tmp_path / "a.hdr", ["depth", "direct"])
     names = {file.stem for file in tmp_path.glob("*.img")}
-    assert names == {"a", "a-direct", "a-direct.error", "a-direct.error8"}
+    written = ("direct", "direct.error", "direct.error8", *SPLIT.values())
+    assert names == {"a", *(f"a-{name}" for name in written)}
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".hdr"])

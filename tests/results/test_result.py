@@ -138,8 +138,9 @@ def test_a_standard_error_is_given_or_its_absence_explained():
         (result, "glow", "'glow' was not among the buffers written; choose from 'radiance', "),
         (once, "direct", "a single pass has no standard errors; render with 2 passes or more"),
     ):
-        with pytest.raises(ValueError, match=message):
-            source.standard_error(name)
+        for ask in (source.standard_error, source.degrees_of_freedom):
+            with pytest.raises(ValueError, match=message):
+                ask(name)
 
 
 @every

@@ -78,6 +78,8 @@ def test_the_front_faces_the_target(target, up, size):
 def test_the_height_is_along_up():
     mesh = pm.AreaLight((0, 0, 0), (0, 0, 1), width=4, height=2, up=(0, 1, 7)).mesh()
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), (4, 2, 0), atol=1e-12)
+    ceiling = pm.AreaLight((0, 1, 0), (0, 0, 0), width=4, height=2).mesh()
+    np.testing.assert_allclose(np.ptp(ceiling.vertices, axis=0), (4, 0, 2), atol=1e-12)
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".glb"])
