@@ -213,12 +213,12 @@ def lobe_albedo(terms, f0, dip, multiple):
 @jit
 def _covered_part(lobe):
     """Return which part of the surface is base below its cover; the rest is bare metal."""
-    if lobe.over < 0.0 or lobe.base == 0.0:
+    if lobe.over < 0.0:
         return 1.0
     # (1 - m) a = base and m a + (1 - m) over = f0, of a colour a that both parts share
     whole = lobe.base + lobe.f0
     root = math.sqrt(max(whole * whole - 4.0 * lobe.over * lobe.base, 0.0))
-    return max(2.0 * lobe.base / (whole + root), lobe.base)
+    return max(2.0 * lobe.base / max(whole + root, TINY), lobe.base, TINY)
 
 
 @jit

@@ -192,6 +192,7 @@ def _compile_scattering(
     if not any(covered) and all(scattering is None for scattering in described):
         return None
     model, parameters = np.zeros(len(materials), np.uint8), np.zeros((len(materials), 6))
+    parameters[:, 5] = [-1.0 if each.covering is None else each.covering for each in materials]
     for index, scattering in enumerate(described):
         if scattering is not None:
             name, values = scattering
@@ -207,9 +208,7 @@ def _compile_scattering(
         if model[index] == GLOSSY:
             refraction = _lobe_index(materials[index], glossy[index])
             albedos[index] = lobe_albedos(parameters[index, 0], refraction)
-            covering = materials[index].covering
             parameters[index, 3:5] = refraction, mean_rise(refraction)
-            parameters[index, 5] = -1.0 if covering is None else covering
         if model[index] == GLOSSY or covered[index]:
             parameters[index, 1:3] = glossy[index].mean(), reflectance[index].mean()
     specular = glossy.astype(np.float32)

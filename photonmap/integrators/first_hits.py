@@ -210,7 +210,7 @@ def _gloss(surfaces: Surfaces) -> tuple[Array, Array, Array]:
         coat, f0 = surfaces.covering[mixed, None], surfaces.glossy[mixed]
         base = surfaces.reflectance[mixed].mean(axis=1, keepdims=True, dtype=float)
         metal = metallic_fraction(base, f0.mean(axis=1, keepdims=True), coat)
-        part[mixed] = np.maximum(1.0 - metal, base)
+        part[mixed] = np.maximum(np.maximum(1.0 - metal, base), 1e-12)
         bare = np.clip((f0 - (1.0 - metal) * coat) / np.maximum(metal, 1e-12), 0.0, 1.0)
         over[mixed] = mean_albedo(coat + 0.0 * f0, surfaces.lobes[mixed, 1:])
         lobe[mixed] = metal * mean(mixed, bare) + (1.0 - metal) * over[mixed]

@@ -99,8 +99,8 @@ def test_what_reaches_kernels():
     scene = room(0.3)
     compiled = compile_scene(scene, pm.Bands.parse("rgb"))
     assert compiled.scattering.model.tolist() == [MODELS["rough diffuse"], 0]
-    assert compiled.scattering.parameters[0].tolist() == [0.3, 0.0, 0.0, 0.0, 0.0, 0.0]
-    assert not compiled.scattering.parameters[1].any()
+    assert compiled.scattering.parameters[0].tolist() == [0.3, 0.0, 0.0, 0.0, 0.0, -1.0]
+    assert not compiled.scattering.parameters[1, :5].any()
     assert compile_scene(room(0.0), pm.Bands.parse("rgb")).scattering is None
 
 

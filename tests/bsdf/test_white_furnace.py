@@ -32,7 +32,7 @@ SAMPLED = {
             covering=coat,
         )
         for alpha in (1e-3, 0.05, 0.3, 1.0)
-        for metal in (0.2, 0.6, 0.9)
+        for metal in (0.2, 0.6, 1.0)
         for coat in (0.0, 0.04, 0.2)
     ],
     "roughness by an image": [
