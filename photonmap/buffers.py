@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeVar
 
 from photonmap.errors import InputError
 from photonmap.runtime.options import read_list
-from photonmap.runtime.wording import suggest
+from photonmap.runtime.wording import shown, suggest
 
 Quantity = Literal[
     "radiance", "reflectance", "ratio", "fraction", "length", "direction", "mask", "count", "id"
@@ -391,6 +391,18 @@ def without_slash(name: str) -> str:
 def with_slash(name: str) -> str:
     """Return the name of which `without_slash` made this one."""
     return name.replace("%2F", "/").replace("%25", "%")
+
+
+def check_distinct(called: Mapping[str, str]) -> None:
+    """Refuse, by an `InputError`, buffers that a file would call alike, as light groups may be."""
+    owners: dict[str, str] = {}
+    for name, written in called.items():
+        other = owners.setdefault(written, name)
+        if other != name:
+            raise InputError(
+                f"{shown(other)} and {shown(name)} would both be called {shown(written)} there; "
+                "rename one of these lights"
+            )
 
 
 def row_of(name: str) -> Buffer | None:

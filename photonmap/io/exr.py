@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from photonmap.buffers import ERROR_ENDINGS, Buffer, row_of
+from photonmap.buffers import ERROR_ENDINGS, Buffer, check_distinct, row_of
 from photonmap.errors import InputError
 from photonmap.scene.images import write_image
 from photonmap.spectra.bands import Bands
@@ -325,12 +325,15 @@ def write_layers(
     if path.suffix.lower() != ".exr":
         raise InputError("layers are written as OpenEXR; write FILE.exr", path)
     channels: dict[str, NDArray[Any]] = {}
-    for name, image in {**colors, **others}.items():
+    images = {**colors, **others}
+    # dots would separate layers
+    layers = {name: _PASSES.get(name, name.replace(".", "_")) for name in images}
+    check_distinct(layers)
+    for name, image in images.items():
         planes = image.reshape(*image.shape[:2], -1)
         letters = ("R", "G", "B") if name in colors else _LETTERS[planes.shape[-1]]
-        layer = _PASSES.get(name, name.replace(".", "_"))  # dots would separate layers
         for letter, plane in zip(letters, np.moveaxis(planes, -1, 0), strict=True):
-            channels[f"{LAYER}.{layer}.{letter}"] = plane
+            channels[f"{LAYER}.{layers[name]}.{letter}"] = plane
     if "radiance" in colors and "coverage" in others:
         channels[f"{LAYER}.{COMBINED}.A"] = others["coverage"]
     path.parent.mkdir(parents=True, exist_ok=True)

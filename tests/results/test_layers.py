@@ -3,6 +3,7 @@ import OpenImageIO
 import pytest
 
 import photonmap as pm
+from photonmap.results.result import Result
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +42,14 @@ def test_the_parts_add_up(result, tmp_path):
     read = channels(tmp_path / "box.exr")
     parts = [read[f"photonmap.{name}.G"] for name in ("emission", "direct", "indirect")]
     np.testing.assert_allclose(read["photonmap.Combined.G"], sum(parts), atol=1e-5)
+
+
+def test_names_that_would_be_alike_are_refused(result, tmp_path):
+    buffers = {"direct@a.b": result.direct, "direct@a_b": result.direct, **result.buffers}
+    alike = Result(buffers, {}, result.bands, result.record)
+    with pytest.raises(pm.InputError, match=r"'direct@a\.b' and 'direct@a_b' would both be called"):
+        alike.save_layers(tmp_path / "box.exr")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_another_suffix_is_refused(result, tmp_path):

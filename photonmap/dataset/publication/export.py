@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from photonmap.buffers import check_distinct
 from photonmap.dataset.files.derived_buffers import as_rgb
 from photonmap.dataset.files.image_files import PREVIEWED, hash_files, previews
 from photonmap.dataset.files.inside import inside
@@ -158,6 +159,7 @@ def members_of(
 ) -> dict[str, bytes]:
     """Return the files of a sample by their endings; the arrays of `halves` in half precision."""
     endings = {name: re.sub(r"[^\w.@-]", "_", name) for name in names}  # as files can be called
+    check_distinct(endings)
     arrays = {f"{endings[name]}.npy": array_file(image, name, halves) for name in names}
     pictures = {f"{name}.png": data for name, data in pictures_of(image).items()}
     return {"json": describe(image).encode(), **pictures, **arrays}
