@@ -23,9 +23,6 @@ from photonmap.spectra.curves import LARGEST_REFLECTANCE
 from photonmap.spectra.fluorophores import read_fluorophores
 
 _PLACED = ("scale", "offset", "clamp", "nearest")
-_NUMBERS = ("roughness", "metallic fraction", "concentration", "opacity")
-"""Of which images are linear"""
-
 _DEEPEST = 100  # Parts of a key; tomllib takes time with the square of their number
 _KEY = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
 _DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{_KEY}\.[ \t]*+){{{_DEEPEST}}}")
@@ -129,7 +126,7 @@ def parse_value(parameter: Parameter, value: Any, folder: Path) -> Any:
 
 
 def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) -> Texture:
-    """Return the texture that a table describes; those of `_NUMBERS` are linear by default."""
+    """Return the texture that a table describes; those of numbers are linear by default."""
     if not isinstance(table.get("file"), str):
         raise InputError(f'{shown(table)} names no file; write {{ file = "IMAGE" }}')
     path = named_file(folder, table["file"])
@@ -137,7 +134,7 @@ def _parse_texture(parameter: Parameter, table: dict[str, Any], folder: Path) ->
         return _parse_spectral(parameter, table, path)
     _check_keys(table, ("file", *_PLACED, "factor", "linear"))
     placed, is_mask = _placement(table), parameter.noun == "opacity"
-    linear = _flag(table, "linear", parameter.noun in _NUMBERS)
+    linear = _flag(table, "linear", isinstance(parameter, parameters.Number))
     red, green, blue = _numbers(table, "factor", [1, 1, 1])
     image = shared_image(path, linear=linear, mask=is_mask)
     texture = Texture(image, **placed, factor=(red, green, blue))

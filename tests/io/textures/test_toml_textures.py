@@ -43,6 +43,13 @@ def test_opacity_is_a_mask(wall):
     for more, values in (("", stored), (", linear = false", decode_srgb(stored))):
         mask = wall(f'alpha = {{ file = "a.png"{more} }}').alpha.image.texels
         np.testing.assert_allclose(mask[..., 0], values @ LUMINANCE, rtol=1e-5)
+    for key, given in (
+        ("coat", ""),
+        ("coat_roughness", "coat = 1\n"),
+        ("transmission", "ior = 1.5\n"),
+    ):
+        image = getattr(wall(f'{given}{key} = {{ file = "a.png" }}'), key).image
+        assert not image.srgb, key
 
 
 def test_relief(wall):
