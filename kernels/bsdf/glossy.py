@@ -222,12 +222,14 @@ def _covered_part(lobe):
 
 
 @jit
-def _several(scattering, lobe, f0, mean, band):
-    """Return the `multiple_fresnel` of a lobe of f0; of both parts where one is bare metal."""
+def _several(scattering, lobe, part, f0, mean, band):
+    """Return the `multiple_fresnel` of a lobe of f0; of both parts where one is bare metal.
+
+    `part` is the `_covered_part`.
+    """
     dip = dip_of((scattering.dip, lobe.material), DIP_MEANS, band)
     if lobe.over < 0.0:
         return multiple_fresnel(lobe, f0, dip, mean)
-    part = _covered_part(lobe)
     bare = min(max(f0 - part * lobe.over, 0.0) / max(1.0 - part, TINY), 1.0)
     metal = (1.0 - part) * multiple_fresnel(lobe, bare, dip, mean)
     return metal + part * multiple_fresnel(lobe, lobe.over, 0.0, mean)
@@ -282,7 +284,7 @@ def evaluate(scattering, lobe, surface, wi, cover, values):
     covered_part = _covered_part(lobe)
     for band in range(len(values)):
         f0, rho = normal_reflectance(scattering, lobe, band), float(values[band])
-        multiple = _several(scattering, lobe, f0, means[0], band)
+        multiple = _several(scattering, lobe, covered_part, f0, means[0], band)
         through = 1.0 - _albedo_over(scattering, lobe, f0, at_i, means[0], band)
         through *= 1.0 - _albedo_over(scattering, lobe, f0, at_o, means[0], band)
         back = _albedo_over(scattering, lobe, f0, means, means[0], band)

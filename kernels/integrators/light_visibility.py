@@ -75,7 +75,7 @@ def reaches_view(scene, key, paths, bounces, cdf, points, normals):
         point = vec.row(points, index % len(points))
         viewed = ViewPoint(point, point, ng, ng)
         prepare_direct(scene, viewed, cdf)
-        if sample_direct(scene, viewed, cdf, u, v, 1).weight > 0.0:
+        if sample_direct(scene, viewed, cdf, u, v).weight > 0.0:
             return True
         s, state = draw(state)
         t, state = draw(state)

@@ -78,7 +78,7 @@ def _add_light_sample(scene, surface, row, state, scratch):
     u, state = draw(state)
     v, state = draw(state)
     prepare_direct(scene, surface, scratch.emitters)
-    sample = sample_direct(scene, surface, scratch.emitters, u, v, 1)
+    sample = sample_direct(scene, surface, scratch.emitters, u, v)
     count_shadow_ray(sample, scratch.rays)
     if sample.weight > 0.0:
         emission = emission_of(scene.lights, sample.emitter, sample.position)

@@ -83,7 +83,7 @@ def _look_at(scene, view, x, y, key, cdf, corner):
     for number in range(LIGHTS):
         index = morton(x, y) * np.uint64(LIGHTS) + np.uint64(number)
         u, v = sobol_2d(index, split(key, LIGHT))
-        sample = sample_direct(scene, surface, cdf, u, v, 1)
+        sample = sample_direct(scene, surface, cdf, u, v)
         corner[LIT] += sample.weight > 0.0
         corner[OCCLUDED] += sample.emitter >= 0 and sample.weight == 0.0
 

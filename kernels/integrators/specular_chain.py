@@ -120,7 +120,7 @@ def _add_light_sample(scene, arrived, crossed, point, sink, state, scratch):
     (hit, arrival), throughput = arrived, sink.throughput
     surface = _surface_on(scene.geometry, hit, arrival, crossed)
     prepare_direct(scene, surface, scratch.emitters)
-    sample = sample_direct(scene, surface, scratch.emitters, point[0], point[1], 1)
+    sample = sample_direct(scene, surface, scratch.emitters, point[0], point[1])
     count_shadow_ray(sample, scratch.rays)
     if sample.weight <= 0.0 or is_folded(sample.direction, arrival, crossed):
         return state

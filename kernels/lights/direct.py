@@ -41,19 +41,23 @@ def _is_hidden(geometry, lights, emitter, point, sample):
 
 
 @jit
-def sample_direct(scene, surface, cdf, u, v, count):
-    """Sample one emitter for the irradiance at a surface point; one `DirectSample` of `count`.
+def sample_direct(scene, surface, cdf, u, v):
+    """Sample one emitter for the irradiance at a surface point: `sample_emitter` of one sample.
 
-    `cdf` is what `prepare_direct` filled. The samples' sum estimates irradiance, alone or together
-    with scattered rays: then samples are weighed by `weigh_sample`, and rays by `weigh_hit`.
+    `cdf` is what `prepare_direct` filled.
     """
     choice = select_emitter(scene.lights, surface.point, surface.ns, cdf, u)
-    return sample_emitter(scene, surface, choice, v, count)
+    return sample_emitter(scene, surface, choice, v, 1)
 
 
 @jit
 def sample_emitter(scene, surface, choice, v, count):
-    """Sample an emitter as `sample_direct` does; the choice is (emitter, probability, u)."""
+    """Sample an emitter for the irradiance at a surface point; one `DirectSample` of `count`.
+
+    The choice is (emitter, probability, u). The samples' sum estimates irradiance, alone or
+    together with scattered rays: then samples are weighed by `weigh_sample`, and rays by
+    `weigh_hit`.
+    """
     geometry, lights = scene.geometry, scene.lights
     emitter, probability, u = choice
     if emitter < 0:
